@@ -19,6 +19,7 @@ level = { at = "D0" }
 lamp = { at = "Y0" }
 late = { at = "T0" }
 parts = { type = "counter" }
+most = { value = 4 }
 
 [[template]]
 name = "Pump"
@@ -45,7 +46,7 @@ when = ["lamp", "late.Acc >= 1s"]
 do = ["SET C0", "RST C0"]
 
 [[program.rung]]
-when = ["seen"]
+when = ["seen", "level * 2 - most > D0 / 5 | late.Acc + 500 < 1m"]
 do = ["OUT Y3"]
 
 [[program.rung]]
@@ -176,6 +177,7 @@ fn live_values_appear_change_and_disappear() {
     live.ok("write level 37");
     await_hints(&mut editor, |hints| {
         has(hints, "level > 3", "level = 37")
+            && has(hints, "level * 2", "level = 37, D0 = 37, late.Acc = 0 s, 70 > 7, 500ms < 1m")
             && has(hints, "OUT lamp", "lamp = ON")
             && has(hints, "OUT Y3", "Y3 = ON")
             && has(hints, "late.Acc >= 1s", "late.Acc = 0 s")

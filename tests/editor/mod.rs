@@ -7,6 +7,7 @@ mod completion_log;
 mod completion_shipped;
 mod completion_uses;
 mod completion_written;
+mod device_sides;
 mod findings;
 mod fixes;
 mod formatting;

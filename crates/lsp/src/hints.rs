@@ -1,14 +1,15 @@
 //! Inlay hints with the values of the running controller: after each text of contacts the values
-//! of its words, after each instruction the values of the operands that it writes and reads.
+//! of its words and of the sides of its compares, after each instruction the values of the operands
+//! that it writes and reads.
 
 use anyhow::Result;
 use lsp_types::{InlayHint, InlayHintKind, InlayHintLabel, InlayHintParams};
 
+use super::compared::{ConstantSides, LiveText, compared};
 use super::file::{EditorFile, NumberedFile};
-use super::live_poller::{LiveValue, LiveValues};
+use super::live_poller::LiveValue;
 use super::operands::{NamedWord, NamingValue, named, values, words};
 use super::outline::OutlineValue;
-use super::project::Project;
 use super::slots::{FileKind, Slot};
 use super::uri::path_of;
 use super::workspace::Workspace;
@@ -38,8 +39,11 @@ pub(super) fn hints(
     workspace.live.shows(&path, bytes.clone());
     let Some(live) = workspace.live.values(&project.root) else { return Ok(None) };
     let shown = values(file, bytes.start).take_while(|naming| naming.value.span.start <= bytes.end);
+    let numbered = NumberedFile { number, file };
+    let scene = LiveText { project: &project, numbered, live: &live };
+    let constants = ConstantSides::new();
     let hint = |naming: NamingValue| {
-        let label = label(&project, NumberedFile { number, file }, naming, &live)?;
+        let label = label(scene, naming, constants.as_ref())?;
         Some(hint(file, naming.value, label))
     };
     Ok(Some(shown.filter_map(hint).collect()))
@@ -58,13 +62,14 @@ fn hint(file: &EditorFile, value: &OutlineValue, label: String) -> InlayHint {
     }
 }
 
-/// The label after a value: `level = 37, late.Acc = 1.2 s`.
+/// The label after a value: `level = 37, late.Acc = 1.2 s`; of a compare with an expression also
+/// the values of its sides, `73 > 120`.
 fn label(
-    project: &Project,
-    numbered: NumberedFile,
+    scene: LiveText<'_>,
     NamingValue { value, slot }: NamingValue,
-    live: &LiveValues,
+    constants: Option<&ConstantSides>,
 ) -> Option<String> {
+    let LiveText { project, numbered, live } = scene;
     let file = numbered.file;
     let mut shown: Vec<String> = Vec::new();
     for word in words(file, value) {
@@ -79,6 +84,9 @@ fn label(
         if is_wanted && !shown.contains(&text) && shown.len() < SHOWN_MAX {
             shown.push(text);
         }
+    }
+    if let Some(constants) = constants.filter(|_| slot == Slot::Contacts) {
+        shown.extend(compared(scene, value, constants));
     }
     (!shown.is_empty()).then(|| shown.join(", "))
 }

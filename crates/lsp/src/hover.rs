@@ -9,6 +9,7 @@ use std::ops::Range;
 use anyhow::Result;
 use lsp_types::{ClientCapabilities, Hover, HoverContents, HoverParams, MarkupContent, MarkupKind};
 
+use super::device_sides::{self, SideName};
 use super::names::Meaning;
 use super::navigate::part_at;
 use super::words::FileWordRole;
@@ -83,6 +84,9 @@ fn of_word(cursor: &Cursor) -> Option<(Range<usize>, String)> {
 }
 
 fn of_name(cursor: &Cursor) -> Option<(Range<usize>, String)> {
+    if let Some(SideName { span, project, at }) = device_sides::at_cursor(cursor) {
+        return Some((span, declared::shown(project, at)));
+    }
     let (range, meaning) = part_at(cursor)?;
     let project = &cursor.project;
     let text = cursor.file().slice(range.clone());

@@ -25,8 +25,10 @@
 mod actions;
 mod capabilities;
 mod commands;
+mod compared;
 mod complete;
 mod correction;
+mod device_sides;
 mod diagnostics;
 mod disk;
 mod edits;

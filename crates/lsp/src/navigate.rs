@@ -9,6 +9,7 @@ use lsp_types::{
     GotoDefinitionResponse, Location, ReferenceParams, Uri,
 };
 
+use super::device_sides::{self, SideName};
 use super::file::NumberedFile;
 use super::names::Meaning;
 use super::project::{Project, is_library, named_file};
@@ -40,7 +41,8 @@ pub(super) fn places_of(project: &Project, meaning: Meaning) -> Vec<(usize, Rang
     places
 }
 
-/// The declaration of the name at the cursor; for the name of a file, the file.
+/// The declaration of the name at the cursor, also in the own ladder of a field device; for the
+/// name of a file, the file.
 pub(super) fn definition(
     workspace: &mut Workspace,
     params: GotoDefinitionParams,
@@ -52,9 +54,13 @@ pub(super) fn definition(
         let start = Location::new(shown(workspace, &path)?, lsp_types::Range::default());
         return Ok(Some(GotoDefinitionResponse::Scalar(start)));
     }
-    let Some((_, Meaning::Declared(at))) = part_at(&cursor) else { return Ok(None) };
-    let declared = &cursor.project.names.all[at];
-    let file = &cursor.project.files[declared.file];
+    let (project, at) = match (device_sides::at_cursor(&cursor), part_at(&cursor)) {
+        (Some(SideName { project, at, .. }), _) => (project, at),
+        (None, Some((_, Meaning::Declared(at)))) => (&*cursor.project, at),
+        (None, Some(_) | None) => return Ok(None),
+    };
+    let declared = &project.names.all[at];
+    let file = &project.files[declared.file];
     let place = file.place(declared.span.clone());
     let location = Location::new(shown(workspace, &file.path)?, place);
     Ok(Some(GotoDefinitionResponse::Scalar(location)))

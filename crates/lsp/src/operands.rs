@@ -82,7 +82,7 @@ pub(super) fn named(
         }
         None => "",
     };
-    let mut operand = format!("{before}{text}{}", index(file, word)?);
+    let mut operand = format!("{before}{text}{}", index_behind(file, word)?);
     if let Some(whole_structure) = structure.filter(|_| is_whole) {
         operand = format!("{operand}.{}", whole_structure.acc_name());
     }
@@ -107,7 +107,7 @@ pub(super) fn asked(project: &Project, numbered: NumberedFile, offset: usize) ->
 }
 
 /// The constant index after a word; empty without an index, `None` if the index is not constant.
-fn index<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
+pub(super) fn index_behind<'f>(file: &'f EditorFile, word: &FileWord) -> Option<&'f str> {
     let behind = file.text.get(word.span.end..).unwrap_or_default();
     if !behind.starts_with('[') {
         return Some("");

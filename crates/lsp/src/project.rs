@@ -60,6 +60,19 @@ pub(super) struct Project {
     own: usize,
     /// The names in the files, with their meanings.
     pub names: ProjectNames,
+    /// The own ladders of field devices, which are none of `files`.
+    pub sides: Vec<DeviceSide>,
+}
+
+/// The own ladder of a field device.
+#[derive(Debug)]
+pub(super) struct DeviceSide {
+    /// The number of the file that names it.
+    file: usize,
+    /// The name of the device.
+    device: String,
+    /// Its files and names.
+    pub project: Project,
 }
 
 /// Whether the text of a file is the one on disk.
@@ -201,7 +214,8 @@ impl Library {
         self.add(&mut files, tests);
         self.add(&mut files, vec![path.to_owned()]);
         let names = ProjectNames::of(&files);
-        Some(Project { root, files, own, names })
+        let sides = DeviceSide::of_all(self, &files);
+        Some(Project { root, files, own, names, sides })
     }
 
     /// Whether a file belongs to a project. The file must be one of the project's files; a test
@@ -339,9 +353,52 @@ impl Library {
 }
 
 impl Project {
+    /// The own ladder of the device that a name begins with, and the rest of the name: of `tank`
+    /// or `tank.level`, the empty text or `level`. `file`: the number of the file with the name,
+    /// whose own tables come first.
+    pub fn side<'t>(&self, file: usize, name: &'t str) -> Option<(&DeviceSide, &'t str)> {
+        let (device, rest) = name.split_once('.').unwrap_or((name, ""));
+        let mut found: Vec<&DeviceSide> =
+            self.sides.iter().filter(|side| side.device == device).collect();
+        found.sort_by_key(|side| side.file != file);
+        Some((*found.first()?, rest))
+    }
+
+    /// The ladder of a field device alone, as the project of its names.
+    pub fn of_side(files: Vec<Arc<EditorFile>>) -> Project {
+        let root = files.first().map(|file| file.path.clone()).unwrap_or_default();
+        let (names, own) = (ProjectNames::of(&files), files.len());
+        Project { root, files, own, names, sides: Vec::new() }
+    }
+
     /// The number of a file.
     pub fn number(&self, path: &Path) -> Option<usize> {
         self.files.iter().position(|file| file.path == path)
+    }
+}
+
+impl DeviceSide {
+    /// Those that the files of a project name.
+    pub fn of_all(library: &Library, files: &[Arc<EditorFile>]) -> Vec<DeviceSide> {
+        let mut sides: Vec<DeviceSide> = Vec::new();
+        for (number, file) in files.iter().enumerate() {
+            let words = file.words.all.iter();
+            let mut named: Vec<(usize, Vec<Arc<EditorFile>>)> = Vec::new();
+            for word in words.filter(|word| word.role == FileWordRole::DeviceLadder) {
+                let path = named_file(file, file.slice(word.span.clone()));
+                let Some(ladder) = library.file(&path) else { continue };
+                match named.last_mut().filter(|(object, _)| *object == word.object) {
+                    Some((_, ladders)) => ladders.push(ladder),
+                    None => named.push((word.object, vec![ladder])),
+                }
+            }
+            sides.extend(named.into_iter().filter_map(|(object, ladders)| {
+                let name = |key| file.value(object, &[key]);
+                let device = name("name").or_else(|| name("device"))?.to_owned();
+                Some(DeviceSide { file: number, device, project: Project::of_side(ladders) })
+            }));
+        }
+        sides
     }
 }
 

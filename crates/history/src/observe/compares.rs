@@ -33,6 +33,11 @@ pub struct CompareText {
 }
 
 impl CompareText {
+    /// The form of a compare; `is_time`: whether a side is the time of a timer.
+    pub fn new(comparison: Comparison, is_time: bool) -> CompareText {
+        CompareText { comparison, is_time }
+    }
+
     /// The values of the sides with the sign between them: `40 >= 50`, `1s500ms < 3s`.
     pub fn with(self, [left, right]: [FormulaNumber; 2]) -> String {
         let side = |value: FormulaNumber| match value {

@@ -29,6 +29,12 @@ pub(super) fn offer(
     wish: WantedName,
     into: &mut Proposals,
 ) {
+    if let Some((side, rest)) = base.and_then(|base| scene.side(base)) {
+        match rest {
+            "" => declared(&side, wish, into),
+            rest => members(&side, rest, wish, into),
+        }
+    }
     match base {
         Some(base) => members(scene, base, wish, into),
         None => {

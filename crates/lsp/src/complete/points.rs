@@ -1,13 +1,15 @@
 //! The points of a field device, for one side of its map: the points of the parts of a simulated
-//! plant, the tables of a Modbus device, the lines of a chip.
+//! plant, the tags of a plant's ladder, the tables of a Modbus device, the lines of a chip.
 //!
 //! `texts` offers them together with the names of the program. They are derived from the file as it
 //! is typed: a part without a kind has no points yet.
 
 use lsp_types::CompletionItemKind;
 
+use super::describe::detail;
 use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
+use crate::slots::DeclaredKind;
 pub use rungd_config::controller::device::driver::OfferedPoints;
 use rungd_config::controller::device::drivers;
 pub use rungd_config::controller::device::simulated::{self, OfferedPoint};
@@ -22,6 +24,7 @@ pub(super) fn offer(scene: &CompletionScene, into: &mut Proposals) {
     let is_target = scene.site.keys.last().is_some_and(|key| key == "to");
     match driver.points {
         OfferedPoints::OfParts => plant(scene, device, is_target, into),
+        OfferedPoints::OfLadder => of_ladder(scene, device, into),
         OfferedPoints::Beginnings(beginnings) => {
             for point in beginnings().iter().filter(|point| point.is_written || !is_target) {
                 add(&point.text, &point.about, 0, into);
@@ -56,6 +59,17 @@ pub fn plant(scene: &CompletionScene, device: usize, is_target: bool, into: &mut
             let label = format!("{name}.{}", place.key().text);
             add(&label, "a bit, reported by the part", u8::from(is_target), into);
         }
+    }
+}
+
+/// Offers the tags of a plant that is a ladder.
+fn of_ladder(scene: &CompletionScene, device: usize, into: &mut Proposals) {
+    let Some(name) = scene.file.value(device, &["name"]) else { return };
+    let Some((side, _)) = scene.side(name) else { return };
+    let tags = side.names().all.iter().filter(|declared| declared.kind == DeclaredKind::Tag);
+    for declared in tags.filter(|tag| tag.parent.is_none()) {
+        let label = format!("{name}.{}", declared.name);
+        add(&label, &detail(declared, side.project), 0, into);
     }
 }
 

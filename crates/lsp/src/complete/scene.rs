@@ -37,6 +37,16 @@ impl<'c> CompletionScene<'c> {
         CompletionScene { library, project: &cursor.project, file, offset, number, site, block }
     }
 
+    /// The own ladder of the device that a name begins with, and the rest of the name.
+    pub fn side<'t>(&self, name: &'t str) -> Option<(CompletionScene<'c>, &'t str)> {
+        let (side, rest) = self.project.side(self.number, name)?;
+        let project = &side.project;
+        let (file, number, block) = (project.files.first()?, usize::MAX, None);
+        let (library, site) = (self.library, self.site.clone());
+        let scene = CompletionScene { library, project, file, offset: 0, number, site, block };
+        Some((scene, rest))
+    }
+
     /// The names of the project.
     pub fn names(&self) -> &'c ProjectNames {
         &self.project.names

@@ -10,7 +10,7 @@ use rungd_language::source::toml_tree::{
 };
 
 /// The properties of a place in a file that decide what could be written there.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct CompletionSite {
     /// The number of the object that contains it; in an inline table in an array, the object with
     /// the array.

@@ -141,6 +141,8 @@ pub enum OfferedPoints {
     Beginnings(fn() -> Vec<PointBeginning>),
     /// The points of the parts that the device has in its file.
     OfParts,
+    /// The tags of the ladder that the device is.
+    OfLadder,
 }
 
 /// The beginning of the text of a point.

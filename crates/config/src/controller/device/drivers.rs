@@ -35,7 +35,7 @@ pub const DRIVERS: [DriverRow; 4] = [
     DriverRow {
         names: &["ladder"],
         keys: |name| Box::new(ladder::keys::LadderKeys::of(name)),
-        points: OfferedPoints::Beginnings(Vec::new),
+        points: OfferedPoints::OfLadder,
     },
 ];
 
