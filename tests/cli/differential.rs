@@ -6,7 +6,7 @@
 //! A case that differs is shrunk and written to a folder below the target's `tmp`.
 
 use rungd_test_support::model::case::Case;
-use rungd_test_support::model::generate::generate;
+use rungd_test_support::model::generate::with_templates;
 use rungd_test_support::model::shrink::shrink;
 use rungd_test_support::model::{Options, simulate};
 use rungd_test_support::setting::setting;
@@ -165,7 +165,7 @@ fn rungd_agrees_with_the_model() {
     let most = setting("RUNGD_DIFF_MAX", 1);
     let mut failures = Vec::new();
     for seed in first..first.saturating_add(programs) {
-        let case = generate(seed);
+        let case = with_templates(seed);
         match bench.judge(&case) {
             Verdict::Same => continue,
             Verdict::Differs(..) => failures.push(bench.report(&case)),
@@ -184,8 +184,9 @@ fn rungd_agrees_with_the_model() {
 #[test]
 fn the_model_runs_generated_programs() {
     for seed in 1..=100 {
-        let (first, second) = (model_trace(&generate(seed)), model_trace(&generate(seed)));
-        assert!(first.is_ok(), "seed {seed}: {first:?}\n{}", generate(seed).ladder());
+        let (first, second) =
+            (model_trace(&with_templates(seed)), model_trace(&with_templates(seed)));
+        assert!(first.is_ok(), "seed {seed}: {first:?}\n{}", with_templates(seed).ladder());
         assert_eq!(first, second, "seed {seed}");
     }
 }

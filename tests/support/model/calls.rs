@@ -52,7 +52,7 @@ pub fn add_subroutines(pool: &mut Pool, blocks: &mut Vec<Block>) {
     }
 }
 
-fn rungs_of(blocks: &mut [Block], (block, stage): Element) -> &mut Vec<Rung> {
+pub fn rungs_of(blocks: &mut [Block], (block, stage): Element) -> &mut Vec<Rung> {
     let block = &mut blocks[block];
     match stage {
         None => &mut block.rungs,
@@ -61,7 +61,7 @@ fn rungs_of(blocks: &mut [Block], (block, stage): Element) -> &mut Vec<Rung> {
 }
 
 /// Whether a rung may stand in a subroutine.
-fn may_move(rung: &Rung) -> bool {
+pub fn may_move(rung: &Rung) -> bool {
     let branches = rung.branches.iter().flat_map(|branch| &branch.instrs);
     let mut words = rung.instrs.iter().chain(branches).filter_map(|text| text.split(' ').next());
     words.all(|word| !NEVER.contains(&word))

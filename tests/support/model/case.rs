@@ -2,6 +2,7 @@
 //! both.
 
 use super::clock::{self, Clock};
+use super::drawn_templates::{DrawnTemplate, own_bits};
 
 #[derive(Clone, Debug)]
 pub enum Expr {
@@ -92,6 +93,8 @@ pub struct Case {
     pub tags: Vec<Tag>,
     /// The declarations of records, as TOML.
     pub records: Vec<String>,
+    /// The templates; those without a use are not written.
+    pub templates: Vec<DrawnTemplate>,
     pub blocks: Vec<Block>,
     pub columns: Vec<String>,
     pub rows: Vec<(i64, Vec<Option<i64>>)>,
@@ -111,6 +114,19 @@ fn series(items: &[Expr]) -> String {
 impl Rung {
     /// The assignments of the rung, without its branches.
     fn parts(&self) -> Vec<String> {
+        if let [(key, used), (_, name), arguments @ ..] = self.legs.as_slice()
+            && key == "use"
+        {
+            let text = |of: &[Expr]| of.iter().map(Expr::text).collect::<String>();
+            let with =
+                arguments.iter().map(|(name, given)| format!("{name} = \"{}\"", text(given)));
+            let with = with.collect::<Vec<_>>().join(", ");
+            return vec![
+                format!("use = \"{}\"", text(used)),
+                format!("name = \"{}\"", text(name)),
+                format!("with = {{ {with} }}"),
+            ];
+        }
         let legs = self.legs.iter().map(|(leg, contacts)| match leg.as_str() {
             "when" => format!("when = {}", series(contacts)),
             leg => format!("leg.{leg} = {}", series(contacts)),
@@ -183,10 +199,43 @@ impl Case {
             out.push_str(&format!("{} = {{ {} }}\n", tag.name, tag.body));
         }
         self.records.iter().for_each(|record| out.push_str(record));
+        for template in self.templates.iter().filter(|template| self.uses(template)) {
+            out.push_str(&format!("\n[[template]]\nname = \"{}\"\n", template.name));
+            if !template.parameters.is_empty() {
+                out.push_str("\n[template.parameters]\n");
+            }
+            for parameter in &template.parameters {
+                out.push_str(&format!(
+                    "{} = {{ type = \"{}\" }}\n",
+                    parameter.name, parameter.kind
+                ));
+            }
+            if !template.bits.is_empty() {
+                out.push_str("\n[template.tags]\n");
+            }
+            for bit in &template.bits {
+                out.push_str(&format!("{bit} = {{ type = \"bit\" }}\n"));
+            }
+            template.rungs.iter().for_each(|rung| rung.write("template.rung", &mut out));
+        }
         for block in &self.blocks {
             block.write(&mut out);
         }
         out
+    }
+
+    fn all_rungs(&self) -> impl Iterator<Item = &Rung> {
+        self.blocks.iter().flat_map(|block| {
+            let stages = block.stages.iter().flat_map(|stage| &stage.rungs);
+            block.rungs.iter().chain(stages)
+        })
+    }
+
+    fn uses(&self, template: &DrawnTemplate) -> bool {
+        let is_use = |(key, used): &(String, Vec<Expr>)| {
+            key == "use" && used.iter().any(|used| used.text() == template.name)
+        };
+        self.all_rungs().any(|rung| rung.legs.first().is_some_and(is_use))
     }
 
     pub fn stimulus(&self) -> String {
@@ -225,6 +274,7 @@ impl Case {
         all.extend(["$Weekday", "$Hour", "$Minute", "$Second"].map(str::to_string));
         all.extend(["$DownSeconds", "$DayNumber", "$SecondOfDay"].map(str::to_string));
         all.extend(self.tags.iter().flat_map(|tag| tag.watched.clone()));
+        all.extend(self.all_rungs().flat_map(|rung| own_bits(rung, &self.templates)));
         all
     }
 

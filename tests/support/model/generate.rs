@@ -5,6 +5,7 @@ use super::case::{BUILTIN, Block, Branch, Case, Expr, Rung, Stage, Tag};
 use super::clock::{BEGIN, Clock};
 use super::drawn_records;
 use super::drawn_stimulus::stimulus;
+use super::drawn_templates::add_templates;
 use super::menu::{COUNTERS, Spot, TIMERS, Targets, is_drastic, is_reset};
 use super::pool::{DrawnArray, Owned, Pool, STRUCTURES};
 use super::rng::Rng;
@@ -21,7 +22,17 @@ enum Forced {
 /// A place for rungs: the block, and 0 for its own rungs or the number of a Stage.
 type Element = (usize, usize);
 
+/// A program without templates.
 pub fn generate(seed: u64) -> Case {
+    drawn(seed, false)
+}
+
+/// A program in which some rungs are those of templates.
+pub fn with_templates(seed: u64) -> Case {
+    drawn(seed, true)
+}
+
+fn drawn(seed: u64, has_templates: bool) -> Case {
     let mut rng = Rng::new(seed);
     let period = *rng.pick(&[1, 7, 10, 10, 10, 35, 500]);
     let lively = *rng.pick(&[35, 55, 55, 75]);
@@ -74,7 +85,24 @@ pub fn generate(seed: u64) -> Case {
     let stop = pool.rng.chance(35);
     let clock = clock(&mut pool);
     calls::add_subroutines(&mut pool, &mut blocks);
-    Case { seed, period, scans, stop, clock, order, tags, records, blocks, columns, rows }
+    let templates = match has_templates {
+        true => add_templates(&mut pool, &mut blocks),
+        false => Vec::new(),
+    };
+    Case {
+        seed,
+        period,
+        scans,
+        stop,
+        clock,
+        order,
+        tags,
+        records,
+        templates,
+        blocks,
+        columns,
+        rows,
+    }
 }
 
 /// The local time of the first scan: mostly shortly before the end of a minute, a day, a February

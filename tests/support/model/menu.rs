@@ -183,7 +183,7 @@ impl Pool {
         if self.rng.chance(16) {
             return self.whole_arrays();
         }
-        if self.rng.chance(8) {
+        if self.rng.chance(25) {
             return self.packing();
         }
         let is_real = self.rng.chance(20);

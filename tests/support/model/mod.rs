@@ -11,6 +11,7 @@ mod counters;
 mod drawn_arrays;
 mod drawn_records;
 mod drawn_stimulus;
+mod drawn_templates;
 mod exec;
 mod formulas;
 pub mod generate;
@@ -29,6 +30,7 @@ pub mod rng;
 pub mod shrink;
 #[cfg(test)]
 mod tables;
+mod templates;
 mod timers;
 mod trace;
 mod tree;

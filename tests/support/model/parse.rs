@@ -6,6 +6,7 @@ use super::names::Names;
 use super::place::{Area, Loc, Member};
 use super::program::{Array, Block, Branch, Contact, Instr, Kind, Op, Program, Rung, Value};
 use super::records;
+use super::templates;
 use super::tree::{Table, Tree, parse};
 
 pub struct Loaded {
@@ -14,7 +15,8 @@ pub struct Loaded {
 }
 
 pub fn load(text: &str) -> Result<Loaded, String> {
-    let file = parse(text)?;
+    let mut file = parse(text)?;
+    templates::write_out(&mut file)?;
     let mut names = Names::default();
     let mut program = Program::default();
     let mut sources = Vec::new();

@@ -135,7 +135,7 @@ impl Brute<'_> {
             }
             _ if in_pass => false,
             "SET" | "RST" => named(words[1]) && on(),
-            "MOVE" | "ADD" | "SUB" => key("to=").is_some_and(named) && on(),
+            "MOVE" | "ADD" | "SUB" | "PACK" => key("to=").is_some_and(named) && on(),
             "MATH" => named(words[1]) && on(),
             "RSTCT" => counter() && on(),
             "RSTT" => timer() && on(),
