@@ -85,10 +85,7 @@ fn drawn(seed: u64, has_templates: bool) -> Case {
     let stop = pool.rng.chance(35);
     let clock = clock(&mut pool);
     calls::add_subroutines(&mut pool, &mut blocks);
-    let templates = match has_templates {
-        true => add_templates(&mut pool, &mut blocks),
-        false => Vec::new(),
-    };
+    let templates = has_templates.then(|| add_templates(&mut pool, &mut blocks));
     Case {
         seed,
         period,
@@ -98,7 +95,7 @@ fn drawn(seed: u64, has_templates: bool) -> Case {
         order,
         tags,
         records,
-        templates,
+        templates: templates.unwrap_or_default(),
         blocks,
         columns,
         rows,
