@@ -23,12 +23,13 @@ fn bits_that_differ_in_a_rare_scan_alone_are_not_taken_for_one() {
     // Random inputs turn neither of them ON.
     let ladder = format!(
         "[[program]]\nname = \"Main\"\nrung = [\n\
+         {{ when = [\"C0 & !C1\"], do = [\"OUT Y0\"] }},\n\
          {{ when = [{}], do = [\"SET C0\"] }},\n{{ when = [{}], do = [\"SET C1\"] }},\n\
          {{ when = [\"X0 & !X0\"], do = [\"RST C0\", \"RST C1\"] }},\n]",
         all(20),
         all(21)
     );
-    let asked = Asked { ladder: &ladder, inputs: &inputs, judged: &["!C0 | C1"], assume: &[] };
+    let asked = Asked { ladder: &ladder, inputs: &inputs, judged: &["!Y0"], assume: &[] };
     let decision = deduced(asked);
     assert!(matches!(decision, Decision::Found(..)), "{decision:?}");
 }
