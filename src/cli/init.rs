@@ -69,7 +69,7 @@ pub fn init(args: &InitArgs) -> Result<Exit> {
 }
 
 /// Refuses a directory with files, to protect them. An empty repository is accepted.
-fn refuse_what_is_there(directory: &Path) -> Result<()> {
+pub(super) fn refuse_what_is_there(directory: &Path) -> Result<()> {
     let entries = match fs::read_dir(directory) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
         entries => entries.with_context(|| format!("cannot read {}", directory.display()))?,
@@ -88,11 +88,11 @@ fn refuse_what_is_there(directory: &Path) -> Result<()> {
 
 /// The folders and files that this command has made, in order.
 #[derive(Default)]
-struct MadePaths(Vec<PathBuf>);
+pub(super) struct MadePaths(Vec<PathBuf>);
 
 impl MadePaths {
     /// Writes a new file, and makes the folders above it.
-    fn write_new(&mut self, path: &Path, text: &str) -> io::Result<()> {
+    pub(super) fn write_new(&mut self, path: &Path, text: &str) -> io::Result<()> {
         let above: Vec<&Path> = path.ancestors().skip(1).collect();
         for folder in above.into_iter().rev().filter(|folder| !folder.as_os_str().is_empty()) {
             match fs::create_dir(folder) {
@@ -109,7 +109,7 @@ impl MadePaths {
     }
 
     /// Removes everything again. Returns the words for what stays.
-    fn removed(self) -> &'static str {
+    pub(super) fn removed(self) -> &'static str {
         let gone = |path: &PathBuf| fs::remove_file(path).or_else(|_| fs::remove_dir(path)).is_ok();
         match self.0.iter().rev().filter(|path| !gone(path)).count() {
             0 => "; nothing is left of the project",

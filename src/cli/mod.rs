@@ -32,6 +32,8 @@ mod force;
 mod habits;
 #[cfg(feature = "prove")]
 mod how;
+#[cfg(feature = "import")]
+mod import;
 mod init;
 mod log_level;
 mod lsp;
@@ -108,6 +110,8 @@ enum Command {
     #[cfg(feature = "fleet")]
     Fleet(fleet::FleetArgs),
     Fmt(fmt::FmtArgs),
+    #[cfg(feature = "import")]
+    Import(import::ImportArgs),
     Init(init::InitArgs),
     #[command(hide = true)]
     Man(man::ManArgs),
@@ -196,6 +200,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         #[cfg(feature = "fleet")]
         Command::Fleet(args) => fleet::fleet(args),
         Command::Fmt(args) => fmt::fmt(args),
+        #[cfg(feature = "import")]
+        Command::Import(args) => import::import(args),
         Command::Init(args) => init::init(args),
         Command::Man(args) => man::man(args, Cli::command()),
         Command::Run(args) => run::run(args),

@@ -1,5 +1,5 @@
 //! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`,
-//! `docs/black-box.md`, `docs/testing.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
+//! `docs/black-box.md`, `docs/testing.md`, `docs/import/README.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
 //! `docs/draw.md`, executed: each
 //! command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`,
 //! and prints what the page shows.
@@ -260,6 +260,12 @@ fn the_commands_of_the_cross_reference_page_print_what_the_page_shows() {
 }
 
 #[test]
+#[cfg(feature = "import")]
+fn the_first_hour_with_an_imported_program_goes_as_the_page_shows() {
+    run_page("docs/import/README.md");
+}
+
+#[test]
 fn the_commands_of_the_black_box_page_print_what_the_page_shows() {
     run_page("docs/black-box.md");
 }
@@ -303,7 +309,7 @@ fn run_page(name: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(name);
     let page = fs::read_to_string(&path).expect("the page");
     let stem = path.file_stem().and_then(|stem| stem.to_str()).expect("a name");
-    let folder = workplace(stem);
+    let folder = workplace(&name.trim_end_matches(".md").replace('/', "-"));
     let carried = RECORDED.contains(&stem).then(Carried::default);
     let mut execution = Execution { folder: folder.clone(), carried, differences: Vec::new() };
     let mut anew = String::new();

@@ -36,9 +36,9 @@ impl KeyOrder {
             }
             KeyOrder::Task | KeyOrder::Stage => &["name", "doc", "allow", "rung"],
             KeyOrder::Template => &["name", "doc", "allow", "parameters", "tags", "rung", "stage"],
-            KeyOrder::Rung => {
-                &["use", "name", "doc", "allow", "with", "when", "leg", "do", "branch"]
-            }
+            KeyOrder::Rung => &[
+                "use", "name", "doc", "allow", "with", "todo", "was", "when", "leg", "do", "branch",
+            ],
             KeyOrder::Branch => &["doc", "allow", "when", "do"],
             KeyOrder::Legs => &["up", "dn", "en", "data", "clk", "rst"],
             KeyOrder::Tag => &[

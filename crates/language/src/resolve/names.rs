@@ -9,6 +9,7 @@ use crate::source::fix::possible;
 use crate::source::ladder::BlockForm;
 use crate::source::reader::Text;
 use crate::source::renaming::plain;
+use crate::source::span::Span;
 use rungd_engine::isa::address_text::reads_as_address;
 use rungd_engine::isa::{Structure, instruction, since};
 
@@ -50,6 +51,18 @@ pub const NAME_MAX: usize = 128;
 /// A name as the program keeps it: cut to [`NAME_MAX`] characters.
 pub(super) fn kept(name: &str) -> String {
     name.chars().take(NAME_MAX).collect()
+}
+
+/// Whether a tag, a use, a Program and a record can have this name.
+pub fn is_free(name: &str) -> bool {
+    let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
+    forbidden(&text, NameRole::Tag).is_none()
+}
+
+/// Whether a field of a record can have this name.
+pub fn is_free_field(name: &str) -> bool {
+    let text = Text { text: name.to_owned(), span: Span::default(), exact: true };
+    forbidden(&text, NameRole::Field).is_none()
 }
 
 /// The finding for an invalid name, or a name that already has a different meaning.

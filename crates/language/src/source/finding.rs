@@ -226,6 +226,8 @@ findings! {
     ExpressionSyntax "expression-syntax" Error "An expression does not follow the grammar.";
     EmptyLeg "empty-leg" Error "A series of contacts is empty; a rung that is always ON has $On.";
     NoInstruction "no-instruction" Error "A rung or branch drives nothing.";
+    ImportedTodo "imported-todo" Error
+        "A rung stands in place of one that an import could not translate.";
     MixedLegs "mixed-legs" Error "A rung has both `when` and `leg.*`, or neither.";
     ForbiddenName "forbidden-name" Error "A name is invalid, or already means something else.";
     DuplicateName "duplicate-name" Error "Two things have the same name.";

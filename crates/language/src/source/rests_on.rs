@@ -40,7 +40,7 @@ impl Code {
             | InputNamedTwice | VendorNumber | LimitedWordBit | WholeWordOverOut | LimitedPack
             | SubroutineRule | SubroutineNesting | SubroutineRungs | SharedHistory
             | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | UnknownAllow
-            | UnknownEvent | KeptEvent => RestsOn::Itself,
+            | UnknownEvent | KeptEvent | ImportedTodo => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument

@@ -100,8 +100,12 @@ const LEGS: &str =
     r#"{"minProperties":1,"propertyNames":{"enum":["up","dn","rst","en","data","clk"]}}"#;
 /// A JSON Schema of a rung: `when`, `leg` or `use`.
 const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["leg"]},
-            {"required":["use","name"]}],
-            "anyOf":[{"required":["do"]},{"required":["branch"]},{"required":["use"]}]}"#;
+            {"required":["use","name"]},{"required":["todo"]}],
+            "anyOf":[{"required":["do"]},{"required":["branch"]},{"required":["use"]},
+            {"required":["todo"]}]}"#;
+const UNTRANSLATED: Key =
+    key("todo", "Why an import could not translate the rung that belongs here.");
+const WAS: Key = key("was", "The rung in the language from which it was imported.");
 pub(super) const USE: Key = key("use", "The name of a template; its rungs are inserted here.");
 pub(super) const WITH: Key =
     key("with", "The arguments of the template, by the names of its parameters.");
@@ -196,7 +200,10 @@ fn read_rung(mut table: Table<'_>) -> WrittenRung {
     };
     let legs: Vec<WrittenLeg> =
         legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
-    check_legs(&table);
+    let is_todo = read_todo(&mut table);
+    if !is_todo {
+        check_legs(&table);
+    }
     let instructions = key("do", "Instructions, executed in order with the rung's power.");
     let body = read_body(&mut table, instructions);
     let branches: Vec<WrittenBranch> = table
@@ -207,11 +214,24 @@ fn read_rung(mut table: Table<'_>) -> WrittenRung {
         .into_iter()
         .map(read_branch)
         .collect();
-    if !table.has("do") && branches.is_empty() {
+    if !table.has("do") && branches.is_empty() && !is_todo {
         table.find(no_instruction("a rung", span));
     }
     table.finish();
     WrittenRung { extent, name, doc, allow, when, legs, body, branches }
+}
+
+/// Reads `todo` and `was`, and reports them. Returns whether the rung has a `todo`.
+fn read_todo(table: &mut Table<'_>) -> bool {
+    let (todo, was) = (table.string(UNTRANSLATED), table.string(WAS));
+    let Some(todo) = todo else { return table.has("todo") };
+    let message = format!("a rung was not translated: {}", todo.text);
+    let help = match was {
+        Some(was) => format!("the original is {}; write the rung in its place", was.text),
+        None => "write the rung in its place".to_owned(),
+    };
+    table.find(Finding::new(Code::ImportedTodo, todo.span, message).help(help));
+    true
 }
 
 fn check_legs(table: &Table<'_>) {

@@ -1,0 +1,194 @@
+//! Data types: what a tag of Logix consists of, and which record of rungd holds it.
+//!
+//! rungd's records have no nested records and no arrays. So the members of a structure that have no
+//! parts become one record, and every other member a tag of its own (`memory`).
+
+use std::collections::HashMap;
+
+use super::document::{L5xFile, MemberDefinition};
+use crate::names::legal_field;
+
+/// A type.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Bool,
+    Sint,
+    Int,
+    Dint,
+    Usint,
+    Uint,
+    Real,
+    /// A structure, by its name in small letters.
+    Struct(String),
+    /// A type that rungd has no place for.
+    Foreign(String),
+}
+
+impl Kind {
+    /// The type with a name.
+    pub(crate) fn named(name: &str) -> Kind {
+        match name.to_uppercase().as_str() {
+            "BOOL" | "BIT" => Kind::Bool,
+            "SINT" => Kind::Sint,
+            "INT" => Kind::Int,
+            "DINT" | "TIME32" => Kind::Dint,
+            "USINT" => Kind::Usint,
+            "UINT" => Kind::Uint,
+            "REAL" => Kind::Real,
+            "LINT" | "LREAL" | "UDINT" | "ULINT" | "STRING" => Kind::Foreign(name.to_owned()),
+            "TIME" | "LTIME" | "DT" | "LDT" => Kind::Foreign(name.to_owned()),
+            _ => Kind::Struct(name.to_lowercase()),
+        }
+    }
+
+    /// The type of rungd for a value without parts.
+    pub(crate) fn plain(&self) -> Option<&'static str> {
+        match self {
+            Kind::Bool => Some("bit"),
+            Kind::Sint | Kind::Int | Kind::Dint | Kind::Usint | Kind::Uint => Some("int"),
+            Kind::Real => Some("real"),
+            Kind::Struct(_) | Kind::Foreign(_) => None,
+        }
+    }
+
+    /// The number of bits of an integer.
+    pub(crate) fn bits(&self) -> Option<u32> {
+        match self {
+            Kind::Sint | Kind::Usint => Some(8),
+            Kind::Int | Kind::Uint => Some(16),
+            Kind::Dint => Some(32),
+            Kind::Bool | Kind::Real | Kind::Struct(_) | Kind::Foreign(_) => None,
+        }
+    }
+}
+
+/// A structure.
+#[derive(Clone, Debug)]
+pub(crate) struct LogixStructure {
+    pub(crate) name: String,
+    pub(crate) doc: String,
+    pub(crate) members: Vec<Member>,
+    /// The record of `logix.toml` that holds it.
+    pub(crate) library: Option<&'static str>,
+}
+
+/// A member of a structure.
+#[derive(Clone, Debug)]
+pub(crate) struct Member {
+    pub(crate) name: String,
+    pub(crate) field: String,
+    pub(crate) kind: Kind,
+    pub(crate) dimensions: Vec<u32>,
+    pub(crate) doc: String,
+}
+
+impl Member {
+    /// Whether it is a field of the structure's record.
+    pub(crate) fn is_field(&self) -> bool {
+        self.dimensions.is_empty() && self.kind.plain().is_some()
+    }
+}
+
+/// The structures of a file, by their names in small letters.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Types {
+    structures: HashMap<String, LogixStructure>,
+}
+
+const TIMER: &[(&str, Kind)] = &[
+    ("EN", Kind::Bool),
+    ("TT", Kind::Bool),
+    ("DN", Kind::Bool),
+    ("PRE", Kind::Dint),
+    ("ACC", Kind::Dint),
+];
+const COUNTER: &[(&str, Kind)] = &[
+    ("CU", Kind::Bool),
+    ("CD", Kind::Bool),
+    ("DN", Kind::Bool),
+    ("OV", Kind::Bool),
+    ("UN", Kind::Bool),
+    ("PRE", Kind::Dint),
+    ("ACC", Kind::Dint),
+];
+const CONTROL: &[(&str, Kind)] = &[
+    ("EN", Kind::Bool),
+    ("EU", Kind::Bool),
+    ("DN", Kind::Bool),
+    ("EM", Kind::Bool),
+    ("ER", Kind::Bool),
+    ("UL", Kind::Bool),
+    ("IN", Kind::Bool),
+    ("FD", Kind::Bool),
+    ("LEN", Kind::Dint),
+    ("POS", Kind::Dint),
+];
+
+impl Types {
+    /// The types of a file, with those that every controller has.
+    pub(crate) fn of(file: &L5xFile) -> Types {
+        let mut types = Types::default();
+        let library = [
+            ("TIMER", "Timer", TIMER),
+            ("COUNTER", "Counter", COUNTER),
+            ("CONTROL", "Control", CONTROL),
+        ];
+        for (name, record, members) in library {
+            let member = |(name, kind): &(&str, Kind)| Member {
+                name: (*name).to_owned(),
+                field: name.to_lowercase(),
+                kind: kind.clone(),
+                dimensions: Vec::new(),
+                doc: String::new(),
+            };
+            types.add(LogixStructure {
+                name: name.to_owned(),
+                doc: String::new(),
+                members: members.iter().map(member).collect(),
+                library: Some(record),
+            });
+        }
+        for definition in &file.types {
+            if definition.is_string {
+                continue;
+            }
+            types.add(LogixStructure {
+                name: definition.name.clone(),
+                doc: definition.doc.clone(),
+                members: definition.members.iter().map(member).collect(),
+                library: None,
+            });
+        }
+        for definition in &file.instructions {
+            let own = definition.parameters.iter().filter(|one| one.usage != "InOut");
+            let own = own.filter(|one| one.alias.is_none());
+            types.add(LogixStructure {
+                name: definition.name.clone(),
+                doc: definition.doc.clone(),
+                members: own.chain(&definition.locals).map(member).collect(),
+                library: None,
+            });
+        }
+        types
+    }
+
+    pub(crate) fn add(&mut self, structure: LogixStructure) {
+        self.structures.entry(structure.name.to_lowercase()).or_insert(structure);
+    }
+
+    /// The structure with a name in small letters.
+    pub(crate) fn structure(&self, name: &str) -> Option<&LogixStructure> {
+        self.structures.get(name)
+    }
+}
+
+/// A member, as a user wrote it.
+pub(crate) fn member(definition: &MemberDefinition) -> Member {
+    Member {
+        field: legal_field(&definition.name),
+        name: definition.name.clone(),
+        kind: Kind::named(&definition.kind),
+        dimensions: definition.dimensions.clone(),
+        doc: definition.doc.clone(),
+    }
+}

@@ -1,0 +1,126 @@
+//! The walk along a rung, from left to right, with the condition so far.
+//!
+//! Called by `routine` for each rung. What an instruction means is in `contacts`, `coils`,
+//! `numbers`, `files` and `calls`.
+
+use super::rll::{RllInstruction, RllNode};
+use super::translate::{BitWrite, Terms, Translation, contact_on, operand};
+use crate::condition::{RungCondition, TouchedPlace};
+use crate::model::Term;
+
+impl Translation<'_> {
+    /// The steps of a series, and the condition behind it. `is_used`: something stands behind it.
+    ///
+    /// # Errors
+    /// The reason why the rung cannot be translated.
+    pub(crate) fn series(
+        &mut self,
+        nodes: &[RllNode],
+        mut when: Terms,
+        is_used: bool,
+    ) -> Result<Terms, String> {
+        for (at, node) in nodes.iter().enumerate() {
+            let is_used = is_used || at + 1 < nodes.len();
+            when = match node {
+                RllNode::RllInstruction(instruction) => self.instruction(instruction, when)?,
+                RllNode::Branches(branches) => self.branches(branches, when, is_used)?,
+            };
+        }
+        Ok(when)
+    }
+
+    fn branches(
+        &mut self,
+        branches: &[Vec<RllNode>],
+        when: Terms,
+        is_used: bool,
+    ) -> Result<Terms, String> {
+        let begun = self.steps.len();
+        let parts = self.each_branch(branches, &when, false)?;
+        let now = self.steps.len();
+        let is_changed = |term: &Term| {
+            let between = &self.steps[term.at.min(now)..now];
+            between.iter().any(|step| term.condition.is_changed_by(&step.action.writes))
+        };
+        let parts = match is_used && parts.iter().flatten().any(is_changed) {
+            false => parts,
+            true => {
+                self.steps.truncate(begun);
+                self.each_branch(branches, &when, true)?
+            }
+        };
+        let conditions = parts
+            .into_iter()
+            .map(|terms| RungCondition::all(terms.into_iter().map(|term| term.condition)));
+        let either = RungCondition::any(conditions);
+        let mut when = when;
+        if either != RungCondition::Constant(true) {
+            when.push(Term { condition: either, at: self.steps.len() });
+        }
+        Ok(when)
+    }
+
+    /// The terms that each branch adds. `keeps`: each puts its condition into a bit at its end,
+    /// because a later branch changes it.
+    fn each_branch(
+        &mut self,
+        branches: &[Vec<RllNode>],
+        when: &Terms,
+        keeps: bool,
+    ) -> Result<Vec<Terms>, String> {
+        let mut parts = Vec::new();
+        for branch in branches {
+            let terms = self.series(branch, when.clone(), true)?;
+            let mut own = terms[when.len()..].to_vec();
+            if keeps && !own.is_empty() {
+                let bit = self.own_tag("branch", "bit");
+                let place = TouchedPlace::of(&bit);
+                self.push(own, format!("OUT {bit}"), vec![place]);
+                let at = self.steps.len();
+                own = vec![Term { condition: RungCondition::bit(bit), at }];
+            }
+            parts.push(own);
+        }
+        Ok(parts)
+    }
+
+    /// The condition behind an instruction.
+    fn instruction(&mut self, instruction: &RllInstruction, when: Terms) -> Result<Terms, String> {
+        if let Some(condition) = self.contact(instruction, &when)? {
+            let mut when = when;
+            if condition != RungCondition::Constant(true) {
+                when.push(Term { condition, at: self.steps.len() });
+            }
+            return Ok(when);
+        }
+        match instruction.name.to_uppercase().as_str() {
+            "ONS" => return self.one_shot(instruction, when),
+            "NOP" => {}
+            "OTE" | "OTL" | "OTU" | "OSR" | "OSF" => self.coil(instruction, &when)?,
+            "TON" | "TOF" | "RTO" | "CTU" | "CTD" | "RES" => self.structure(instruction, &when)?,
+            "COP" | "CPS" | "FLL" | "FFL" | "FFU" | "BSL" | "BSR" => {
+                self.file(instruction, &when)?;
+            }
+            "JSR" | "SBR" | "RET" | "TND" | "JMP" | "LBL" => self.call(instruction, &when)?,
+            "MCR" => return Err("MCR beside other instructions".to_owned()),
+            name if self.number(name, instruction, &when)? => {}
+            name => match self.calls.is_own_instruction(name) {
+                true => self.own_instruction(instruction, &when)?,
+                false => return Err(format!("the instruction {name}")),
+            },
+        }
+        Ok(when)
+    }
+
+    /// ONS: behind it there is power at the scan in which power comes.
+    fn one_shot(&mut self, instruction: &RllInstruction, when: Terms) -> Result<Terms, String> {
+        let storage = self.bit_to_write(operand(instruction, 0)?)?;
+        self.prescan.set(self.scope, &storage);
+        // The storage bit follows the power before it, also where that is OFF.
+        let at = self.steps.len();
+        let mut behind = when.clone();
+        behind.push(Term { condition: contact_on(&storage).opposite(), at });
+        self.write_bit(&storage, when, BitWrite::Follow)?;
+        Ok(behind)
+    }
+}

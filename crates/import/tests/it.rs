@@ -1,0 +1,6 @@
+//! The importer: what it makes of foreign programs, executed and counted.
+
+#![allow(missing_docs, clippy::wildcard_enum_match_arm)]
+
+mod l5x;
+mod plant;
