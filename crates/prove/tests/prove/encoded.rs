@@ -10,15 +10,15 @@ use super::aiger_file::WrittenSystem;
 use super::bench::{Asked, model, model_of};
 use super::lanes::{LANES, Lanes};
 use rungd_engine::isa::status::dst;
-use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
-use rungd_engine::{Cell, EngineProgram, Layout};
+use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use rungd_engine::{BitCell, Cell, EngineProgram, Layout, WordCell};
 use rungd_lab::traces::stimulus::StimulusTarget;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_prove::deduce::Patience;
 use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
 use rungd_prove::gates::content;
-use rungd_prove::model::{FreeInput, ProofModel, Target};
+use rungd_prove::model::{FreeInput, ProofModel, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
 use rungd_test_support::case::{Expects, all as semantic_cases};
 use rungd_test_support::model::case::Case;
@@ -27,6 +27,7 @@ use rungd_test_support::model::rng::Rng;
 use rungd_test_support::patience::PATIENCE;
 use rungd_test_support::run::{load, target};
 use rungd_test_support::setting::setting;
+use std::collections::HashSet;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -75,6 +76,7 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
     let mut simple_lanes = lanes.of_gates(&simple);
     let mut written = WrittenSystem::of(&simple);
     let mut inputs = vec![vec![0; model.inputs.len()]; LANES];
+    let (begun, encoded) = (Run::new(model), EncodedCells::of(&encoding));
     for scan in 0..scans {
         for values in &mut inputs {
             values.truncate(model.inputs.len());
@@ -117,6 +119,7 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
             let kept = written_values.constraints.iter().all(|value| value >> lane & 1 == 1);
             assert_eq!(kept, outcome.is_allowed, "{place}: the AIGER file");
             check_cells(model, &encoding, lanes.image(lane), is_on, &place);
+            check_others(model, &encoded, [begun.engine.image(), lanes.image(lane)]);
             assert_eq!(encoding.gates.input_values(is_on), inputs[lane], "{place}: inputs");
         }
         lanes.end(&values, &encoding.gates);
@@ -148,6 +151,45 @@ fn check_cells(
             }
         };
         assert_eq!(found, expected, "{place}: {}, {form:?}", name(Cell::Word(*word)));
+    }
+}
+
+/// The cells that have gates.
+struct EncodedCells {
+    bits: HashSet<BitCell>,
+    words: HashSet<WordCell>,
+}
+
+impl EncodedCells {
+    fn of(encoding: &Encoding) -> EncodedCells {
+        EncodedCells {
+            bits: encoding.bits.iter().map(|(cell, _)| *cell).collect(),
+            words: encoding.words.iter().map(|(cell, _)| *cell).collect(),
+        }
+    }
+}
+
+/// What has no gates keeps its value: no write was left out of them.
+fn check_others(model: &ProofModel, encoded: &EncodedCells, images: [&rungd_engine::Image; 2]) {
+    let [before, now] = images;
+    let EncodedCells { bits, words } = encoded;
+    let changed_bits = (0..).zip(before.bits().iter().zip(now.bits()));
+    let changed_bits = changed_bits.filter(|(_, (before, now))| before != now);
+    let changed_bits = changed_bits.map(|(at, _)| BitCell(at)).filter(|at| !bits.contains(at));
+    let changed_words = (0..).zip(before.words().iter().zip(now.words()));
+    let changed_words = changed_words.filter(|(_, (before, now))| before != now);
+    let changed_words = changed_words.map(|(at, _)| WordCell(at)).filter(|at| !words.contains(at));
+    for cell in changed_bits.map(Cell::Bit).chain(changed_words.map(Cell::Word)) {
+        let is_input = model.inputs.iter().any(|input| input.cell == cell);
+        let address = model.code.layout.address(cell);
+        let is_exempt = match address {
+            // Cells of the lowering, between two operations.
+            None => true,
+            Some(Address::Bit(Bit::Space(BitSpace::St, _))) => true,
+            Some(Address::Word(Word::Space(WordSpace::Dst, _))) => true,
+            Some(_) => is_input,
+        };
+        assert!(is_exempt, "{address:?} ({cell:?}) changes, and no gate writes it");
     }
 }
 
