@@ -50,6 +50,8 @@ mod operator;
 mod prove;
 #[cfg(feature = "prove")]
 mod prove_equal;
+#[cfg(feature = "prove")]
+mod prove_survey;
 mod read;
 mod record;
 mod record_info;

@@ -11,10 +11,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result};
 use clap::Args;
 
+use super::asked_ladders::AskedLadders;
 use super::check::style;
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::prove_equal;
+use super::prove_survey;
 use super::terminal::{one_line, plain_json, print, say, say_findings};
 use super::test::{ENDING, LOOK_EVERY, OpenSuite, ProgressLine, find, open, refused};
 use rungd_lab::testing::Suite;
@@ -41,7 +43,8 @@ const MEMORY: &str = "2G";
 /// different; 2: something is not decided.
 #[derive(Args, Debug)]
 pub struct ProveArgs {
-    /// Test files, and folders that are searched for *.test.toml
+    /// Test files, and folders that are searched for *.test.toml; with --survey, ladders, a
+    /// controller file or a test file
     #[arg(required_unless_present = "equal", value_name = "PATH")]
     paths: Vec<PathBuf>,
     /// Decide whether two ladders, or the ladders of two controller files, drive the same outputs
@@ -49,6 +52,8 @@ pub struct ProveArgs {
     equal: Vec<PathBuf>,
     #[command(flatten)]
     compared: prove_equal::ComparedArgs,
+    #[command(flatten)]
+    surveyed: prove_survey::SurveyArgs,
     /// The time for each line, in place of that of the file: 5m, 90s
     #[arg(long, value_name = "TIME", value_parser = time)]
     time: Option<Duration>,
@@ -103,6 +108,15 @@ pub fn prove(args: &ProveArgs) -> Result<Exit> {
         };
         let ladders = prove_equal::LadderPaths { old, new };
         return prove_equal::prove_equal(&args.compared, ladders, limits, args.json);
+    }
+    if args.surveyed.survey {
+        let limits = DecideLimits {
+            time: args.time.unwrap_or(prove_survey::TIME),
+            memory: args.memory,
+            given_up: Arc::clone(&end.is_over),
+        };
+        let ladders = AskedLadders { paths: &args.paths, period: args.compared.period(), rest: "" };
+        return prove_survey::prove_survey(&args.surveyed, &ladders, &limits, args.json);
     }
     let opened = open(&find(&args.paths)?)?;
     if refused(&opened) {

@@ -19,8 +19,8 @@ use rungd_prove::equal::{DifferentOutput, EqualAnswer, EqualQuestion, LadderDiff
 /// How two ladders are compared.
 #[derive(Args, Debug)]
 pub struct ComparedArgs {
-    /// With --equal: the scan period, if the ladders have no controller file
-    #[arg(long, value_name = "TIME", default_value = "10ms", requires = "equal")]
+    /// With --equal and --survey: the scan period, if the ladders have no controller file
+    #[arg(long, value_name = "TIME", default_value = "10ms")]
     period: String,
     /// With --equal: a tag of OLD and its name in NEW
     #[arg(long, value_name = "OLD=NEW", value_delimiter = ',', value_parser = pair)]
@@ -31,6 +31,13 @@ pub struct ComparedArgs {
     /// With --equal: outputs that are not compared
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     except: Vec<String>,
+}
+
+impl ComparedArgs {
+    /// The scan period of ladder files.
+    pub(super) fn period(&self) -> &str {
+        &self.period
+    }
 }
 
 fn pair(text: &str) -> Result<(String, String), String> {

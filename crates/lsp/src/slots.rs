@@ -220,6 +220,7 @@ fn of_test(object: &str, keys: &[&str]) -> Slot {
         ("simulated", ["ladder"]) => Slot::DeviceLadder,
         ("", ["always"] | ["prove", "assume" | "can"]) => Slot::Condition,
         ("", ["prove", "inputs" | "writable" | "any"]) => Slot::Operand,
+        ("interlock", ["outputs"]) => Slot::Operand,
         ("", ["retain", "stages"]) => Slot::Block,
         ("", ["retain", _]) => Slot::Operand,
         ("scenario" | "random", ["name"]) => Slot::Declares(DeclaredKind::Test),

@@ -109,7 +109,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     };
     let judged = lower_judged(
         &both.program,
-        Judges { before: &[], behind: std::slice::from_ref(&all), remembered: &[] },
+        Judges { behind: std::slice::from_ref(&all), ..Judges::default() },
     );
     let free = ladders.free(&judged.code.layout, &both.second);
     let model = ProofModel {
@@ -329,7 +329,7 @@ fn named(scope: &Scope, name: &str) -> Option<Address> {
 }
 
 /// What a ladder drives: its Y, what goes to field devices, and its alarms.
-fn driven_by(suite: &Suite) -> Vec<Address> {
+pub(crate) fn driven_by(suite: &Suite) -> Vec<Address> {
     let first = &suite.programs[0];
     let is_y = |address: &Address| matches!(address, Address::Bit(Bit::Space(BitSpace::Y, _)));
     let devices = first.controller.devices.iter();

@@ -24,4 +24,5 @@ pub mod model;
 pub mod question;
 pub mod race;
 mod retained;
+pub mod survey;
 mod trial;

@@ -104,41 +104,9 @@ impl Questions {
             lines.push((number, condition.text.clone(), sides));
         }
         behind.extend(suite.proof.can.iter().map(|condition| condition.contact.clone()));
-        let before: Vec<Contact> =
-            suite.proof.assume.iter().map(|condition| condition.contact.clone()).collect();
-        let was = seen.map_or(&[][..], |observed| &observed.was);
-        let remembered: Vec<(Address, Address)> =
-            was.iter().map(|Remembered { place, kept, .. }| (*place, *kept)).collect();
-        let judges = Judges { before: &before, behind: &behind, remembered: &remembered };
-        let judged = lower_judged(program, judges);
-        let cells = judged.code.layout.clone();
-        let own = &programs[0].symbols.layout;
-        let free = FreeOperands { suite: &suite, program, own, layout, cells: &cells };
-        let mut all = free.all();
-        let places: Vec<Address> = remembered.iter().map(|(place, _)| *place).collect();
-        let RetainedStart { free: at_start, unknown } =
-            retained(&suite, &programs[0], &judged.code, &places);
-        let is_free = |cell: Cell, all: &[(FreeInput, NamedInput)]| {
-            all.iter().any(|(known, _)| known.cell == cell)
-        };
-        let at_start = at_start.into_iter().filter(|(start, _)| !is_free(start.cell, &all));
-        let named = |(start, operand): (FreeInput, TestOperand)| {
-            let name = operand.name.clone();
-            (start, NamedInput { name, setting: InputSetting::Start(operand), is_written: false })
-        };
-        let at_start: Vec<_> = at_start.map(named).collect();
-        all.extend(at_start);
-        let code = free.with_any(&judged.code, &mut all);
-        let (inputs, named) = all.into_iter().unzip();
-        let model = ProofModel {
-            period_ms: first.controller.period_ms,
-            late_max: suite.proof.late_max,
-            start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
-            inputs,
-            assumed: judged.before,
-            judged: judged.behind,
-            code,
-        };
+        let asked =
+            ModelledProgram { program, judges: Judges { behind: &behind, ..Judges::default() } };
+        let ModelWithNames { model, inputs, unknown, judges } = asked.model(&suite, &programs[0]);
         let mut bits = model.judged.iter().copied();
         let mut target = |value| Target { bit: bits.next().expect("a bit a condition"), value };
         let lines = lines.into_iter().map(|(number, text, sides)| AlwaysLine {
@@ -152,8 +120,7 @@ impl Questions {
         let can = suite.proof.can.iter();
         let can = can.map(|line| CanLine { text: line.text.clone(), target: target(true) });
         let can = can.collect();
-        let judges = judged.judges;
-        Questions { model, judges, inputs: named, lines, can, unknown, programs, suite }
+        Questions { model, judges, inputs, lines, can, unknown, programs, suite }
     }
 
     /// Keeps the inputs whose cells fulfil a condition; the others keep their levels.
@@ -187,6 +154,71 @@ impl Questions {
         all.sort_unstable();
         all.dedup();
         all
+    }
+}
+
+/// A program of a test file, and what judges it.
+pub(crate) struct ModelledProgram<'a> {
+    /// The program as the conditions of the file see it, or one with more rungs.
+    pub program: &'a Program,
+    /// What is judged behind its scans: `before` and `remembered` are those of the file.
+    pub judges: Judges<'a>,
+}
+
+/// A model, and what its inputs are for people.
+pub(crate) struct ModelWithNames {
+    pub model: ProofModel,
+    pub inputs: Vec<NamedInput>,
+    /// What the environment asks for and no way can do.
+    pub unknown: Option<String>,
+    /// The blocks that judge it.
+    pub judges: JudgeBlocks,
+}
+
+impl ModelledProgram<'_> {
+    /// The model, and its inputs for people. `lowered`: the ladder itself.
+    pub fn model(&self, suite: &Suite, lowered: &RigProgram) -> ModelWithNames {
+        let ModelledProgram { program, judges } = self;
+        let first = &suite.programs[0];
+        let seen = first.view.as_ref().map(|view| view.observed());
+        let before: Vec<Contact> =
+            suite.proof.assume.iter().map(|condition| condition.contact.clone()).collect();
+        let was = seen.map_or(&[][..], |observed| &observed.was);
+        let mut remembered: Vec<(Address, Address)> =
+            was.iter().map(|Remembered { place, kept, .. }| (*place, *kept)).collect();
+        remembered.extend(judges.remembered);
+        let judges = Judges { before: &before, remembered: &remembered, ..*judges };
+        let judged = lower_judged(program, judges);
+        let cells = judged.code.layout.clone();
+        let own = &lowered.symbols.layout;
+        let layout = first.view.as_ref().map_or(own, |view| &view.symbols.layout);
+        let free = FreeOperands { suite, program, own, layout, cells: &cells };
+        let mut all = free.all();
+        let places: Vec<Address> = remembered.iter().map(|(place, _)| *place).collect();
+        let RetainedStart { free: at_start, unknown } =
+            retained(suite, lowered, &judged.code, &places);
+        let is_free = |cell: Cell, all: &[(FreeInput, NamedInput)]| {
+            all.iter().any(|(known, _)| known.cell == cell)
+        };
+        let at_start = at_start.into_iter().filter(|(start, _)| !is_free(start.cell, &all));
+        let named = |(start, operand): (FreeInput, TestOperand)| {
+            let name = operand.name.clone();
+            (start, NamedInput { name, setting: InputSetting::Start(operand), is_written: false })
+        };
+        let at_start: Vec<_> = at_start.map(named).collect();
+        all.extend(at_start);
+        let code = free.with_any(&judged.code, &mut all);
+        let (free, inputs) = all.into_iter().unzip();
+        let model = ProofModel {
+            period_ms: first.controller.period_ms,
+            late_max: suite.proof.late_max,
+            start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
+            inputs: free,
+            assumed: judged.before,
+            judged: judged.behind,
+            code,
+        };
+        ModelWithNames { model, inputs, unknown, judges: judged.judges }
     }
 }
 

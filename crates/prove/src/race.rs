@@ -4,7 +4,7 @@
 //! value of a cut which the engine never computes is no answer.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::answer::{DEDUCING, EXPLORING, Way};
@@ -22,6 +22,12 @@ const COMBINATIONS_MAX: u64 = 4_096;
 
 /// The number of states up to which exploring tries alone.
 const FEW_STATES: u64 = 2_000;
+
+/// The effort of an answer that does not depend on the machine: the scans that exploring executes
+/// first, the decisions of the solver, and the scans that exploring executes after it.
+const FEW_SCANS: u64 = 5_000;
+const DECISIONS: u64 = 50_000;
+const MANY_SCANS: u64 = 200_000;
 
 /// The limits of a race.
 #[derive(Clone, Debug)]
@@ -79,20 +85,41 @@ impl Race {
         explore_can(model, target, &self.explore_limits(1, &stop))
     }
 
+    /// Decides one way after the other, each with a measured effort: an answer that comes within
+    /// its time is the same on every machine.
+    pub fn decide_by_effort(&self, model: &ProofModel, target: Target) -> Decision {
+        let stop = || self.given_up.load(Ordering::Relaxed);
+        let explored = |scans| {
+            let limits = ExploreLimits { scans: Some(scans), ..self.explore_limits(1, &stop) };
+            by_exploring(model, target, &limits)
+        };
+        let first = explored(FEW_SCANS);
+        if !matches!(first, Decision::Open(_)) {
+            return first;
+        }
+        let flags = [Arc::clone(&self.given_up), Arc::clone(&self.given_up)];
+        let effort = Some(Arc::new(AtomicU64::new(DECISIONS)));
+        let patience = Patience { deadline: self.end, flags, effort };
+        match by_deducing(model, target, &patience) {
+            Decision::Open(deduced) => first_of(explored(MANY_SCANS), Decision::Open(deduced)),
+            decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
+        }
+    }
+
     fn explore_limits<'s>(
         &self,
         threads: usize,
         stop: &'s (dyn Fn() -> bool + Sync),
     ) -> ExploreLimits<'s> {
         let Race { memory, states, depth, end, .. } = *self;
-        let (combinations, deadline) = (COMBINATIONS_MAX, Some(end));
-        ExploreLimits { memory, combinations, threads, deadline, stop, states, depth }
+        let (combinations, deadline, scans) = (COMBINATIONS_MAX, Some(end), None);
+        ExploreLimits { memory, combinations, threads, deadline, stop, states, depth, scans }
     }
 
     fn decide_by_both(&self, model: &ProofModel, target: Target) -> Decision {
         let is_over = Arc::new(AtomicBool::new(false));
         let flags = [Arc::clone(&is_over), Arc::clone(&self.given_up)];
-        let patience = Patience { deadline: self.end, flags };
+        let patience = Patience { deadline: self.end, flags, effort: None };
         let done = |decision: &Decision| {
             if !matches!(decision, Decision::Open(_)) {
                 is_over.store(true, Ordering::Relaxed);
@@ -112,12 +139,12 @@ impl Race {
             (deducing.join(), explored)
         });
         let deduced = deduced.unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        first(explored, deduced)
+        first_of(explored, deduced)
     }
 }
 
 /// The answer of two ways.
-fn first(a: Decision, b: Decision) -> Decision {
+fn first_of(a: Decision, b: Decision) -> Decision {
     match (a, b) {
         (Decision::Open(mut a), Decision::Open(b)) => {
             a.covered.extend(b.covered);

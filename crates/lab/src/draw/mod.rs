@@ -26,3 +26,5 @@ mod tests;
 pub mod text;
 mod wording;
 pub mod xref;
+
+pub use wording::instruction_text;

@@ -24,6 +24,12 @@ pub struct OperandLabel {
     pub doc: Option<String>,
 }
 
+/// An instruction of an error-free program as it is written: `ADD level 1 to=level`.
+pub fn instruction_text(program: &Program, instruction: &Instruction) -> String {
+    let (name, operands) = Wording::of(program).instruction(instruction);
+    [&[name.to_owned()], operands.as_slice()].concat().join(" ")
+}
+
 impl<'p> Wording<'p> {
     /// The names of an error-free program.
     pub fn of(program: &'p Program) -> Wording<'p> {

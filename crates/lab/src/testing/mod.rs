@@ -17,6 +17,7 @@ mod formats;
 mod given;
 mod happened;
 mod history;
+mod interlock;
 mod joint;
 mod judge;
 mod lowered_suite;

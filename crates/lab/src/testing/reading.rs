@@ -12,6 +12,7 @@ use anyhow::{Context, Result};
 
 use super::condition::Condition;
 use super::device_names::DeviceNames;
+use super::interlock;
 use super::names::{OBSERVER, Observation};
 use super::programs::{BenchSettings, NamedProgram, Programs, TestFile, test_program};
 use super::proving::{self, ProofConditions};
@@ -123,6 +124,7 @@ impl SuiteReading {
         let WrittenSuite {
             bench,
             always,
+            interlocks,
             has_observer,
             simulated,
             scenarios,
@@ -132,7 +134,10 @@ impl SuiteReading {
         } = written?;
         self.lost.add_settings(FileId(0), lost);
         self.names(&scenarios, &randoms);
-        let always = self.conditions(always);
+        let mut always = self.conditions(always);
+        let locked = interlock::conditions(&interlocks, &mut self.findings);
+        let interlocked = locked.len();
+        always.extend(locked);
         let prove = prove.unwrap_or_default();
         let (assume, can) = (prove.assume.clone(), prove.can.clone());
         let mut asked = ProofConditions::new(self.conditions(assume), self.conditions(can));
@@ -168,6 +173,7 @@ impl SuiteReading {
             file: self.files[0].clone(),
             programs: programs.finish(),
             always: resolved.always,
+            interlocked,
             devices,
             scenarios: resolved.scenarios,
             randoms: resolved.randoms,

@@ -26,6 +26,8 @@ pub struct Suite {
     pub programs: Vec<TestProgram>,
     /// The conditions of `always`, for each of `programs` in the same order.
     pub always: Vec<Vec<Condition>>,
+    /// The number of the last conditions of `always` that are those of `[[interlock]]`.
+    pub interlocked: usize,
     /// `[[simulated]]`: the field devices whose own side is a ladder.
     pub devices: Vec<SimulatedDevice>,
     /// `[[scenario]]`, in file order.

@@ -3,6 +3,7 @@
 //! [`read`] parses the text of the file. Steps and conditions are texts here: `step_text` and the
 //! parser of contacts read them; `steps` and `random` resolve the names.
 
+use super::interlock;
 use super::written_prove::{self, WrittenProve, plain};
 use rungd_config::controller::simulated_side::{self, WrittenSimulated};
 use rungd_config::controller::test_settings;
@@ -28,6 +29,8 @@ pub(super) struct WrittenSuite {
     pub bench: Option<WrittenBench>,
     /// `always`.
     pub always: Vec<Text>,
+    /// `[[interlock]]`: the outputs of each.
+    pub interlocks: Vec<Vec<Text>>,
     /// `[[simulated]]`.
     pub simulated: Vec<WrittenSimulated>,
     /// `[[scenario]]`.
@@ -143,6 +146,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     let conditions = key("always", "Contacts that must be ON at the end of every scan.");
     let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
     let always = plain(&root, always, Code::ContactSyntax, "a condition");
+    let interlocks = interlock::read(&mut root);
     let has_observer = observer::read(&mut root).is_some();
     let simulated = simulated_side::read_in(&mut root);
     let scenarios = root.tables(
@@ -156,7 +160,17 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     let prove = written_prove::read(&mut root);
     limits(&root, &scenarios, &randoms);
     root.finish();
-    WrittenSuite { bench, always, has_observer, simulated, scenarios, randoms, prove, lost }
+    WrittenSuite {
+        bench,
+        always,
+        interlocks,
+        has_observer,
+        simulated,
+        scenarios,
+        randoms,
+        prove,
+        lost,
+    }
 }
 
 /// `ladder` with `period` and `[retain]`, or `controller`.
@@ -333,6 +347,9 @@ fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
     entries.collect()
 }
 
+/// The keys of which a test file has at least one.
+const FILE_ASKS: [&str; 5] = ["scenario", "random", "always", "prove", "interlock"];
+
 /// Refuses a file without tests, and a file with too many tests or steps.
 fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRandom]) {
     let tests = scenarios.len() + randoms.len();
@@ -344,7 +361,7 @@ fn limits(root: &Table<'_>, scenarios: &[WrittenScenario], randoms: &[WrittenRan
         root.find(Finding::new(code, place, message).help(help));
     };
     let asks = |key: &str| root.has(key);
-    if tests == 0 && !["scenario", "random", "always", "prove"].into_iter().any(asks) {
+    if tests == 0 && !FILE_ASKS.into_iter().any(asks) {
         let help = "write a `[[scenario]]` with `name` and `steps`, or a `[[random]]`";
         find(Code::TestEmpty, "a test file without a test".to_owned(), help);
     }

@@ -11,7 +11,8 @@ use super::{NOT_ENDED, lower_blocks, schedule, series, turns};
 use crate::resolve::program::{Block, BlockKind, Contact, Program};
 use crate::source::span::Span;
 use rungd_base::progress::UNASKED;
-pub use rungd_engine::isa::{Address, Bit, BlockId, ElementId, StageId};
+use rungd_engine::isa::status::st;
+pub use rungd_engine::isa::{Address, Bit, BitSpace, BlockId, ElementId, StageId};
 pub use rungd_engine::ops::{
     BitWritten, LegPowers, Move, Op, Out, Power, WordRead, WordTarget, WordWritten,
 };
@@ -25,8 +26,22 @@ pub struct Judges<'a> {
     pub before: &'a [Contact],
     /// The conditions that are evaluated at the end of each scan, before the passes of a last one.
     pub behind: &'a [Contact],
+    /// Bits that are turned OFF at the start of each scan.
+    pub cleared: &'a [Bit],
+    /// Conditions that are stored in bits at the end of each scan, one after the other, before
+    /// those of `behind`.
+    pub stored: &'a [StoredCondition],
     /// The places whose values are copied behind these conditions, each with that of its copy.
     pub remembered: &'a [(Address, Address)],
+}
+
+/// A condition that is stored in a bit, which a later one and the next scan can read.
+#[derive(Clone, Debug)]
+pub struct StoredCondition {
+    /// The condition.
+    pub contact: Contact,
+    /// The bit.
+    pub bit: Bit,
 }
 
 /// A program that judges itself.
@@ -98,8 +113,10 @@ pub fn lower_judged(program: &Program, judges: Judges) -> JudgedProgram {
     let (mut blocks, stages) = lower_blocks(&mut assembler, &whole.blocks).expect(NOT_ENDED);
     assembler.judges_in(first);
     let before = judges.before.iter().map(|contact| assembler.judge(contact)).collect();
+    judges.cleared.iter().for_each(|bit| assembler.clear(*bit));
     blocks[first.0 as usize].own = assembler.close_element(true);
     assembler.judges_in(last);
+    judges.stored.iter().for_each(|stored| assembler.store_condition(stored));
     let behind = judges.behind.iter().map(|contact| assembler.judge(contact)).collect();
     judges.remembered.iter().for_each(|(place, kept)| assembler.remember(*place, *kept));
     blocks[last.0 as usize].own = assembler.close_element(true);
@@ -145,6 +162,21 @@ impl Assembler<'_> {
         let bit = self.private_bit();
         self.op(Op::Out(Out { leg, bit: BitWritten(bit) }));
         BitCell(bit)
+    }
+
+    /// Turns a bit OFF.
+    fn clear(&mut self, bit: Bit) {
+        let off = Bit::Space(BitSpace::St, st::OFF);
+        let leg = LegPowers::of(Power::of(self.bit_cell(off)));
+        let to = self.bit_cell(bit);
+        self.op(Op::Out(Out { leg, bit: BitWritten(to) }));
+    }
+
+    /// Evaluates a condition into a bit of the memory.
+    fn store_condition(&mut self, stored: &StoredCondition) {
+        let leg = series(self, std::slice::from_ref(&stored.contact), None);
+        let to = self.bit_cell(stored.bit);
+        self.op(Op::Out(Out { leg, bit: BitWritten(to) }));
     }
 
     /// Copies a bit or a word.

@@ -44,21 +44,25 @@ pub fn may_be_of_rungd(source: &str) -> bool {
     of_root.is_none_or(|(is_own, is_empty)| is_own || is_empty && !broken.is_empty())
 }
 
+/// Keys that only test files have.
+const OF_TESTS: [&str; 5] = ["always", "scenario", "random", "prove", "interlock"];
+
 /// Whether the root has a table of a file of rungd. `has` is whether the root has a key;
 /// `has_table`, whether the key is a table.
 pub fn has_keys(has: impl Fn(&str) -> bool, has_table: impl Fn(&str) -> bool) -> bool {
-    let keys =
-        ["program", "task", "subroutine", "template", "always", "scenario", "random", "prove"];
+    let keys = ["program", "task", "subroutine", "template"];
     let is_ladder = ["tags", "ladder"].iter().any(|key| has_table(key));
-    is_ladder || keys.iter().any(|key| has(key)) || has_controller_keys(&has, has_table("ladder"))
+    is_ladder
+        || keys.iter().chain(&OF_TESTS).any(|key| has(key))
+        || has_controller_keys(&has, has_table("ladder"))
 }
 
 /// As [`of_test`], for a file that is already parsed.
 pub(super) fn of_test_root(root: &Table<'_>, wanted: &str) -> Option<Finding> {
     let is_ladder =
         ["program", "task", "subroutine", "tags", "template"].iter().any(|key| root.has(key));
-    let keys = ["always", "scenario", "random", "prove"];
-    let place = keys.iter().filter_map(|key| root.key_span(key)).min_by_key(|span| span.start)?;
+    let place =
+        OF_TESTS.iter().filter_map(|key| root.key_span(key)).min_by_key(|span| span.start)?;
     if is_ladder || root.has_table("ladder") {
         return None;
     }

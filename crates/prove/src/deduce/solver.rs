@@ -3,7 +3,7 @@
 //! `unroll` and `reach` give it clauses and ask. Nothing else knows which solver it is.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use batsat::{Callbacks, Lit, Solver as Batsat, SolverInterface, SolverOpts, lbool};
@@ -41,18 +41,30 @@ pub struct Patience {
     pub deadline: Instant,
     /// The answer is no longer wanted: one of these is set.
     pub flags: [Arc<AtomicBool>; 2],
+    /// How often it may ask whether to give up: at each of its decisions. Without a limit, `None`.
+    pub effort: Option<Arc<AtomicU64>>,
 }
 
 impl Patience {
     /// As long as this from now on, unless the flag is set.
     pub fn new(time: Duration, flag: &Arc<AtomicBool>) -> Patience {
         let never = Arc::new(AtomicBool::new(false));
-        Patience { deadline: Instant::now() + time, flags: [never, Arc::clone(flag)] }
+        let flags = [never, Arc::clone(flag)];
+        Patience { deadline: Instant::now() + time, flags, effort: None }
+    }
+
+    /// Takes one of its decisions; false if none is left.
+    fn takes(&self) -> bool {
+        let Some(effort) = &self.effort else { return true };
+        effort
+            .fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(1))
+            .is_ok()
     }
 
     /// Whether to give up now.
     pub fn is_over(&self) -> bool {
-        self.flags.iter().any(|flag| flag.load(Ordering::Relaxed))
+        !self.takes()
+            || self.flags.iter().any(|flag| flag.load(Ordering::Relaxed))
             || Instant::now() >= self.deadline
     }
 }

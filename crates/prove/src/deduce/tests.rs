@@ -17,7 +17,7 @@ use rungd_base::random::SplitMix64;
 
 fn patience() -> Patience {
     let deadline = Instant::now() + Duration::from_secs(3_600);
-    Patience { deadline, flags: [(); 2].map(|()| Arc::new(AtomicBool::new(false))) }
+    Patience { deadline, flags: [(); 2].map(|()| Arc::new(AtomicBool::new(false))), effort: None }
 }
 
 /// A system of a few bits with random gates.

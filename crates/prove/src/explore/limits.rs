@@ -21,8 +21,10 @@ pub struct ExploreLimits<'s> {
     pub stop: &'s (dyn Fn() -> bool + Sync),
     /// The greatest number of states.
     pub states: Option<u64>,
-    /// The greatest number of scans.
+    /// The greatest number of scans of a path.
     pub depth: Option<u64>,
+    /// The greatest number of scans that are executed; obeyed by one thread alone.
+    pub scans: Option<u64>,
 }
 
 impl ExploreLimits<'_> {
@@ -75,6 +77,8 @@ pub enum StopCause {
     Time,
     /// There are more states, or more scans, than allowed.
     Limit,
+    /// As many scans were executed as allowed.
+    Scans,
     /// Another thread has asked for it.
     Asked,
 }
@@ -87,6 +91,7 @@ impl StopCause {
             StopCause::Memory => "the states take more memory than allowed",
             StopCause::Time => "the time is over",
             StopCause::Limit => "`states` or `depth` of `[prove]` is reached",
+            StopCause::Scans => "as many scans were executed as a survey allows",
             StopCause::Asked => "the answer was no longer wanted",
         }
     }

@@ -11,6 +11,7 @@ mod branches;
 mod bytes;
 mod can;
 mod caps;
+mod cycle;
 pub(crate) mod effects;
 mod elements;
 mod form;
@@ -25,6 +26,7 @@ use crate::cone::{Cone, cone, split};
 use crate::model::{ProofModel, Target};
 use branches::Inputs;
 pub use can::Attained;
+pub(crate) use cycle::changes_for_ever;
 pub use limits::{ExploreLimits, Explored, StopCause};
 use search::StateSearch;
 

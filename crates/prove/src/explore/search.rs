@@ -353,6 +353,9 @@ impl<'s> StateScanner<'s> {
                     ScanResult::Followed => part.stopped = self.add(step, &mut part, limits),
                 }
                 self.scans += 1;
+                if limits.all.scans.is_some_and(|most| u64::from(self.scans) >= most) {
+                    part.stopped = part.stopped.or(Some(StopCause::Scans));
+                }
                 if self.scans.is_multiple_of(SCANS_PER_LOOK) {
                     part.stopped = part.stopped.or_else(|| limits.reached());
                 }

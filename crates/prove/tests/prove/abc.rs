@@ -36,6 +36,7 @@ fn reached(drawn: &Drawn, target: Target) -> Option<bool> {
         stop: &|| false,
         states: Some(5_000),
         depth: None,
+        scans: None,
     };
     match explore(&drawn.model, target, &limits) {
         Explored::All { .. } => return Some(false),

@@ -36,7 +36,7 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
     let (before, behind): (Vec<Contact>, Vec<Contact>) =
         (contacts(asked.assume), contacts(asked.judged));
     let lowered =
-        lower_judged(program, Judges { before: &before, behind: &behind, remembered: &[] });
+        lower_judged(program, Judges { before: &before, behind: &behind, ..Judges::default() });
     let (_, symbols) = rungd_language::lower::lower(program);
     let input = |name: &&str| {
         let Ok(Cell::Bit(bit)) = cell(program, &symbols, name) else { panic!("{name} is no bit") };

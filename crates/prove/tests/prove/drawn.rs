@@ -49,7 +49,7 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
     let contacts = |all: &[(String, Contact)]| all.iter().map(|(_, c)| c.clone()).collect();
     let (before, behind): (Vec<Contact>, Vec<Contact>) = (contacts(&assumed), contacts(&judged));
     let lowered =
-        lower_judged(&program, Judges { before: &before, behind: &behind, remembered: &[] });
+        lower_judged(&program, Judges { before: &before, behind: &behind, ..Judges::default() });
     let mut inputs = Vec::new();
     for name in draw.inputs() {
         let address = program.scope().address(name).expect("an address");

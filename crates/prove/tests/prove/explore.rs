@@ -24,6 +24,7 @@ fn limits(memory: usize) -> ExploreLimits<'static> {
         deadline: None,
         stop: &|| false,
         states: None,
+        scans: None,
         depth: None,
     }
 }

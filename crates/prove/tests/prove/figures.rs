@@ -18,6 +18,7 @@ fn show(name: &str, asked: Asked) {
             deadline: Some(Instant::now() + Duration::from_secs(4)),
             stop: &|| false,
             states: None,
+            scans: None,
             depth: None,
         };
         let target = Target { bit: model.judged[0], value: false };

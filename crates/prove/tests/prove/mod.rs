@@ -15,4 +15,5 @@ mod figures;
 mod given;
 mod judged;
 mod lanes;
+mod survey;
 mod ways;

@@ -45,6 +45,7 @@ fn explored(drawn: &Drawn, target: Target) -> Explored {
         deadline: None,
         stop: &|| false,
         states: None,
+        scans: None,
         depth: None,
     };
     explore(&drawn.model, target, &limits)

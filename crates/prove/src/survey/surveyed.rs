@@ -1,0 +1,105 @@
+//! The survey of a ladder that was made: its text, and scenarios that show its facts.
+//!
+//! `survey` makes it; `lock` compares it with one that was written.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use rungd_engine::isa::{Address, Bit};
+use rungd_lab::rig::RigProgram;
+use rungd_lab::testing::{Condition, FoundRun, Suite, TestStep, try_run};
+use rungd_language::resolve::program::Contact;
+use rungd_language::source::span::Span;
+
+use super::contacts::not;
+use super::facts::{Fact, FactKind, Possibility};
+use crate::cone::cone;
+use crate::decide::DecideLimits;
+use crate::model::{Path, ProofModel, Run, Target};
+use crate::question::NamedInput;
+use crate::race::{Decision, Race};
+use crate::trial::steps;
+
+/// The survey of a ladder.
+pub struct Survey {
+    /// The facts, in the order of the ladder.
+    pub facts: Vec<Fact>,
+    /// The scan period, ms.
+    pub period_ms: u32,
+    pub(super) suite: Suite,
+    pub(super) programs: Vec<Arc<RigProgram>>,
+    pub(super) model: ProofModel,
+    pub(super) inputs: Vec<NamedInput>,
+    pub(super) limits: DecideLimits,
+}
+
+impl Survey {
+    /// The survey as text: a line a fact.
+    pub fn text(&self) -> String {
+        let lines = self.facts.iter().filter_map(Fact::line);
+        lines.map(|line| line + "\n").collect()
+    }
+
+    /// What shows that a condition of a fact can be: the shortest scenario that is found, played as
+    /// a test plays it; `None`: it cannot be, or a test cannot play it.
+    pub fn scenario(&self, fact: &Fact, at: usize) -> Option<String> {
+        let Possibility::Can(known) = fact.answers.get(at)? else { return None };
+        let shorter = fact.first.and_then(|first| self.shorter(first + at, known));
+        let path = shorter.as_ref().unwrap_or(known);
+        let inputs: Vec<Option<&NamedInput>> = self.inputs.iter().map(Some).collect();
+        let mut steps = steps(&self.model, &inputs, path);
+        if let Some(bit) = fact.bit.filter(|_| fact.kind != FactKind::Flap) {
+            steps.push(TestStep::Expect(self.expected(bit, at == 0)));
+        }
+        let name = format!("shows: {}: {}", fact.subject, fact.verdict().unwrap_or("can be"));
+        let run = FoundRun { name, set: Vec::new(), steps };
+        let tried = try_run(&self.suite, &self.programs, run);
+        tried.is_confirmed.then_some(tried.text)
+    }
+
+    /// `pump`, or `!pump`.
+    fn expected(&self, bit: Bit, is_on: bool) -> Condition {
+        let symbols = &self.programs[0].symbols;
+        let (name, contact) =
+            (symbols.names.name(Address::Bit(bit)), Contact::Bit(bit, Span::default()));
+        match is_on {
+            true => Condition::of(contact, &name, &symbols.layout),
+            false => Condition::of(not(contact), &format!("!{name}"), &symbols.layout),
+        }
+    }
+
+    /// A path that is shorter than one that a walk has found.
+    fn shorter(&self, judged: usize, known: &Path) -> Option<Path> {
+        let target = Target { bit: self.model.judged[judged], value: true };
+        let cone = cone(&self.model, &[target.bit]);
+        let race = Race {
+            end: Instant::now() + self.limits.time,
+            given_up: Arc::clone(&self.limits.given_up),
+            memory: self.limits.memory,
+            states: None,
+            depth: Some(known.scans.len() as u64),
+        };
+        match race.decide_by_effort(&cone.model, target) {
+            Decision::Found(_, path) => {
+                let path = cone.widened(&path);
+                let is_shorter = path.scans.len() < known.scans.len();
+                (is_shorter && shows(&self.model, judged, &path)).then_some(path)
+            }
+            Decision::Never(..) | Decision::Open(_) => None,
+        }
+    }
+}
+
+/// Executes a path: whether a judged bit is ON at its end.
+pub(super) fn shows(model: &ProofModel, at: usize, path: &Path) -> bool {
+    let mut run = Run::new(model);
+    let mut is_on = false;
+    for (scan, inputs) in path.scans.iter().enumerate() {
+        let outcome = run.scan(inputs);
+        if !outcome.is_allowed || outcome.is_last && scan + 1 < path.scans.len() {
+            return false;
+        }
+        is_on = outcome.judged[at];
+    }
+    is_on
+}
