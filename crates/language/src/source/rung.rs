@@ -200,10 +200,7 @@ fn read_rung(mut table: Table<'_>) -> WrittenRung {
     };
     let legs: Vec<WrittenLeg> =
         legs.into_iter().map(|(key, texts)| read_leg(&table, key, texts)).collect();
-    let is_todo = read_todo(&mut table);
-    if !is_todo {
-        check_legs(&table);
-    }
+    let is_todo = check_legs(&mut table);
     let instructions = key("do", "Instructions, executed in order with the rung's power.");
     let body = read_body(&mut table, instructions);
     let branches: Vec<WrittenBranch> = table
@@ -234,7 +231,9 @@ fn read_todo(table: &mut Table<'_>) -> bool {
     true
 }
 
-fn check_legs(table: &Table<'_>) {
+/// Reports legs of two kinds, and a rung without legs; returns whether it stands for one that was
+/// not translated. Other rungs have no `todo`, so nothing is looked up for them.
+fn check_legs(table: &mut Table<'_>) -> bool {
     let finding = match (table.has("when"), table.key_span("leg")) {
         (true, Some(leg)) => {
             let message = "a rung has `when` or `leg.*`, not both";
@@ -244,14 +243,16 @@ fn check_legs(table: &Table<'_>) {
                 .help("`when` is for instructions with one leg; `leg.*` names the legs of others")
                 .fix(possible(FixEdit::Remove("when")))
         }
+        (false, None) if read_todo(table) => return true,
         (false, None) => Finding::new(Code::MixedLegs, table.span(), "a rung without contacts")
             .help(advise(
                 "a rung that is always ON says so: `{}`",
                 [pair("when = [\"$On\"]").possible()],
             )),
-        _ => return,
+        _ => return false,
     };
     table.find(finding);
+    false
 }
 
 fn read_branch(mut table: Table<'_>) -> WrittenBranch {

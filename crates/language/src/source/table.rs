@@ -99,13 +99,17 @@ pub struct Table<'a> {
     shape: Option<TableShape>,
 }
 
+/// The keys of most tables, so that a table needs one allocation for those that are requested.
+const KEYS_MANY: usize = 12;
+
 type DeNode<'a> = &'a Spanned<DeValue<'a>>;
 
 impl<'a> Table<'a> {
     /// The root table of a file.
     pub(super) fn root(doc: Doc<'a>, table: &'a DeTable<'a>) -> Self {
         let span = doc.span(0..0);
-        Table { doc, table, span, place: "the file", asked: Vec::new(), shape: None }
+        let asked = Vec::with_capacity(KEYS_MANY);
+        Table { doc, table, span, place: "the file", asked, shape: None }
     }
 
     /// The same table, with requested keys recorded in `shape`.
@@ -433,7 +437,8 @@ impl<'a> Table<'a> {
 
     fn below(&self, table: &'a DeTable<'a>, span: Range<usize>, place: &'static str) -> Table<'a> {
         let span = self.doc.span(span);
-        Table { doc: self.doc, table, span, place, asked: Vec::new(), shape: None }
+        let asked = Vec::with_capacity(KEYS_MANY);
+        Table { doc: self.doc, table, span, place, asked, shape: None }
     }
 
     /// If keys are recorded: an empty table below this one, and the shape for its keys.
