@@ -67,16 +67,13 @@ pub(super) fn prove_equal(
     else {
         return Ok(Exit::Config);
     };
-    let DecideLimits { time, memory, given_up } = limits;
     let question = EqualQuestion {
         old: &old_suite,
         new: &new_suite,
         map: &args.map,
         also: &args.also,
         except: &args.except,
-        time,
-        memory,
-        given_up,
+        limits,
     };
     let answer = equal(&question).map_err(CommandLine)?;
     let [old, new] = [old, new].map(|path| one_line(&path.to_string_lossy()).into_owned());

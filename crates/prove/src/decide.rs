@@ -17,7 +17,7 @@ use crate::explore::Attained;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
 use crate::question::{AlwaysLine, CanLine, Questions};
-use crate::race::{Decision, OpenQuestion, Race};
+use crate::race::{Decision, Race};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
 use rungd_language::source::wording::counted;
@@ -31,6 +31,19 @@ pub struct DecideLimits {
     pub memory: usize,
     /// All answers are no longer wanted.
     pub given_up: Arc<AtomicBool>,
+}
+
+impl DecideLimits {
+    /// The race about a question that was begun at this time.
+    pub(crate) fn race(&self, begun: Instant) -> Race {
+        Race {
+            end: begun + self.time,
+            given_up: Arc::clone(&self.given_up),
+            memory: self.memory,
+            states: None,
+            depth: None,
+        }
+    }
 }
 
 /// Decides a line of a test file.
@@ -80,14 +93,8 @@ fn answered(
     match unknown_setting(questions) {
         Some(cause) => answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause },
         None => {
-            let race = Race {
-                end: begun + limits.time,
-                given_up: Arc::clone(&limits.given_up),
-                memory: limits.memory,
-                states: proof.states,
-                depth: proof.depth,
-            };
-            decide(race, &mut answer);
+            let (states, depth) = (proof.states, proof.depth);
+            decide(Race { states, depth, ..limits.race(begun) }, &mut answer);
         }
     }
     answer.ms = begun.elapsed().as_millis();
@@ -138,7 +145,7 @@ impl Asked<'_> {
             answer.verdict = AnswerVerdict::Proved { way: kept.way, witnesses: Vec::new() };
             return;
         }
-        answer.verdict = match self.race.decide(&cone.model, line.target) {
+        answer.verdict = match self.race.decide(&cone, line.target) {
             Decision::Never(way, cuts) => {
                 answer.cuts.extend(self.questions.cut_names(&cuts));
                 let witnesses: Vec<SideWitness> =
@@ -154,12 +161,9 @@ impl Asked<'_> {
                 let verdict = self.violation(line, way, &cone.widened(&path));
                 standing_in_the_way(verdict, &answer.cuts)
             }
-            Decision::Open(OpenQuestion { covered, mut causes, cuts }) => {
-                if !cuts.is_empty() {
-                    let names = self.questions.cut_names(&cuts).join(", ");
-                    causes.push(format!("deducing: any value of {names}"));
-                }
-                AnswerVerdict::NotDecided { covered, cause: causes.join("; ") }
+            Decision::Open(open) => {
+                let cause = open.cause(&self.questions.cut_names(&open.cuts));
+                AnswerVerdict::NotDecided { covered: open.covered, cause }
             }
         };
     }
@@ -169,7 +173,7 @@ impl Asked<'_> {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);
-        answer.verdict = match self.race.explore_can(&cone.model, line.target) {
+        answer.verdict = match self.race.explore_can(&cone, line.target) {
             Attained::Everywhere(states) if !answer.cuts.is_empty() => AnswerVerdict::NotDecided {
                 covered: vec![format!("explored: {}", counted(states, "state"))],
                 cause: format!("the way there may need any value of {}", answer.cuts.join(", ")),
@@ -218,7 +222,7 @@ impl Asked<'_> {
     /// Whether a side of a line can be.
     fn side(&self, side: &Condition, target: Target) -> SideWitness {
         let cone = cone(&self.questions.model, &[target.bit]);
-        let shown = match self.race.decide(&cone.model, target) {
+        let shown = match self.race.decide(&cone, target) {
             Decision::Never(..) => Shown::Never,
             Decision::Open(_) => Shown::Open,
             Decision::Found(_, path) => {

@@ -5,14 +5,14 @@
 //! tags; what has no tag is a pair by its address.
 
 use std::collections::HashMap;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::answer::Way;
+use crate::cone::cone;
+use crate::decide::DecideLimits;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
 use crate::question::{InputSetting, NamedInput};
-use crate::race::{Decision, OpenQuestion, Race};
+use crate::race::{Decision, OpenQuestion};
 use crate::trial::steps;
 use rungd_engine::isa::{Address, Bit, BitSpace, Mnemonic, NumberMap, Real, Word};
 use rungd_engine::{Cell, Layout};
@@ -40,12 +40,8 @@ pub struct EqualQuestion<'a> {
     pub also: &'a [String],
     /// Outputs that are not compared.
     pub except: &'a [String],
-    /// The time, the memory in bytes, and whether the answer is no longer wanted.
-    pub time: Duration,
-    #[allow(missing_docs)]
-    pub memory: usize,
-    #[allow(missing_docs)]
-    pub given_up: Arc<AtomicBool>,
+    /// The limits of the answer.
+    pub limits: DecideLimits,
 }
 
 /// Whether two ladders are equal.
@@ -98,7 +94,7 @@ struct OutputPair {
 /// # Errors
 /// The ladders cannot be compared: a sentence with a remedy.
 pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
-    let end = Instant::now() + question.time;
+    let begun = Instant::now();
     let ladders = LadderPair::of(question)?;
     let both = beside(ladders.old, ladders.new, ladders.inputs()?);
     let pairs = ladders.pairs(question, &both.second)?;
@@ -122,20 +118,15 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
         code: judged.code,
     };
     let target = Target { bit: model.judged[0], value: false };
-    let race = Race {
-        end,
-        given_up: Arc::clone(&question.given_up),
-        memory: question.memory,
-        states: None,
-        depth: None,
-    };
     let names = pairs.iter().map(|pair| pair.name.clone()).collect();
-    Ok(match race.decide(&model, target) {
+    let cone = cone(&model, &[target.bit]);
+    Ok(match question.limits.race(begun).decide(&cone, target) {
         Decision::Never(way, _) => EqualAnswer::Equal(way, names),
         Decision::Open(OpenQuestion { covered, causes, .. }) => {
             EqualAnswer::NotDecided(causes, covered)
         }
         Decision::Found(_, path) => {
+            let path = cone.widened(&path);
             let found = FoundDifference { question, model: &model, free: &free, path: &path };
             found.difference(&pairs)
         }

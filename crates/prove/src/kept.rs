@@ -8,7 +8,6 @@ use std::fmt::Write as _;
 
 use crate::answer::{Answer, AnswerVerdict, Way};
 use crate::cone::Cone;
-use crate::encode::encode;
 use crate::model::Target;
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{self, Table};
@@ -121,7 +120,7 @@ fn read_answer(mut table: Table<'_>) -> Option<KeptAnswer> {
 /// gates, the operations count too.
 pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
     let model = &cone.model;
-    let gates = encode(model);
+    let gates = cone.gates();
     let mut hashed = QuestionHash(hmac_sha256::Hash::new());
     let version = env!("CARGO_PKG_VERSION");
     // Writing to a hash does not fail.

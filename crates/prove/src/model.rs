@@ -232,6 +232,20 @@ impl<'m> Run<'m> {
         Run { model, engine: model.begun(), scans: 0 }
     }
 
+    /// Whether a path is allowed, and leads to a target at its last scan.
+    pub(crate) fn leads_to(model: &ProofModel, target: Target, path: &Path) -> bool {
+        let Some(at) = model.judged.iter().position(|bit| *bit == target.bit) else { return false };
+        let (mut run, mut is_met) = (Run::new(model), false);
+        for (scan, choices) in (1..).zip(&path.scans) {
+            let outcome = run.scan(choices);
+            if !outcome.is_allowed || outcome.is_last && scan < path.scans.len() {
+                return false;
+            }
+            is_met = outcome.judged[at] == target.value;
+        }
+        is_met
+    }
+
     /// The model.
     pub fn model(&self) -> &'m ProofModel {
         self.model

@@ -3,15 +3,17 @@
 //! Called by `decide` and `equal`. What deducing finds is tried on the engine: a run that needs a
 //! value of a cut which the engine never computes is no answer.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use crate::answer::{DEDUCING, EXPLORING, Way};
+use crate::cone::Cone;
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::{encode, obstacle};
-use crate::explore::{Attained, ExploreLimits, Explored, explore, explore_can};
+use crate::explore::{Attained, ExploreLimits, Explored, explore_can, explore_cone};
 use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
 use crate::model::{Path, ProofModel, Run, Target};
@@ -66,32 +68,43 @@ pub struct OpenQuestion {
     pub cuts: Vec<GateCut>,
 }
 
+impl OpenQuestion {
+    /// What stood in the way, in one text; `names`: those of its cuts.
+    pub(crate) fn cause(&self, names: &[String]) -> String {
+        let mut causes = self.causes.clone();
+        if !names.is_empty() {
+            causes.push(format!("deducing: any value of {}", names.join(", ")));
+        }
+        causes.join("; ")
+    }
+}
+
 impl Race {
-    /// Decides: a small question by exploring alone, so that its answer is always the same; any
-    /// other by both ways at once.
-    pub fn decide(&self, model: &ProofModel, target: Target) -> Decision {
+    /// Decides a question about its cone: a small one by exploring alone, so that its answer is
+    /// always the same; any other by both ways at once.
+    pub fn decide(&self, cone: &Cone, target: Target) -> Decision {
         let few = self.states.map_or(FEW_STATES, |states| states.min(FEW_STATES));
         let alone = Race { states: Some(few), ..self.clone() };
         let stop = || self.given_up.load(Ordering::Relaxed);
-        match by_exploring(model, target, &alone.explore_limits(1, &stop)) {
-            Decision::Open(_) => self.decide_by_both(model, target),
+        match by_exploring(cone, target, &alone.explore_limits(1, &stop)) {
+            Decision::Open(_) => self.decide_by_both(cone, target),
             decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
         }
     }
 
     /// Whether from every state that can be reached some inputs lead to the target.
-    pub fn explore_can(&self, model: &ProofModel, target: Target) -> Attained {
+    pub fn explore_can(&self, cone: &Cone, target: Target) -> Attained {
         let stop = || self.given_up.load(Ordering::Relaxed);
-        explore_can(model, target, &self.explore_limits(1, &stop))
+        explore_can(cone, target, &self.explore_limits(1, &stop))
     }
 
     /// Decides one way after the other, each with a measured effort: an answer that comes within
     /// its time is the same on every machine.
-    pub fn decide_by_effort(&self, model: &ProofModel, target: Target) -> Decision {
+    pub fn decide_by_effort(&self, cone: &Cone, target: Target) -> Decision {
         let stop = || self.given_up.load(Ordering::Relaxed);
         let explored = |scans| {
             let limits = ExploreLimits { scans: Some(scans), ..self.explore_limits(1, &stop) };
-            by_exploring(model, target, &limits)
+            by_exploring(cone, target, &limits)
         };
         let first = explored(FEW_SCANS);
         if !matches!(first, Decision::Open(_)) {
@@ -100,7 +113,7 @@ impl Race {
         let flags = [Arc::clone(&self.given_up), Arc::clone(&self.given_up)];
         let effort = Some(Arc::new(AtomicU64::new(DECISIONS)));
         let patience = Patience { deadline: self.end, flags, effort };
-        match by_deducing(model, target, &patience) {
+        match deduced_cone(cone, target, &patience) {
             Decision::Open(deduced) => first_of(explored(MANY_SCANS), Decision::Open(deduced)),
             decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
         }
@@ -116,7 +129,7 @@ impl Race {
         ExploreLimits { memory, combinations, threads, deadline, stop, states, depth, scans }
     }
 
-    fn decide_by_both(&self, model: &ProofModel, target: Target) -> Decision {
+    fn decide_by_both(&self, cone: &Cone, target: Target) -> Decision {
         let is_over = Arc::new(AtomicBool::new(false));
         let flags = [Arc::clone(&is_over), Arc::clone(&self.given_up)];
         let patience = Patience { deadline: self.end, flags, effort: None };
@@ -127,14 +140,14 @@ impl Race {
         };
         let (deduced, explored) = std::thread::scope(|scope| {
             let deducing = scope.spawn(|| {
-                let decision = by_deducing(model, target, &patience);
+                let decision = deduced_cone(cone, target, &patience);
                 done(&decision);
                 decision
             });
             let threads = std::thread::available_parallelism().map_or(1, usize::from);
             let stop = || patience.is_over();
             let limits = self.explore_limits(threads, &stop);
-            let explored = by_exploring(model, target, &limits);
+            let explored = by_exploring(cone, target, &limits);
             done(&explored);
             (deducing.join(), explored)
         });
@@ -156,8 +169,8 @@ fn first_of(a: Decision, b: Decision) -> Decision {
     }
 }
 
-fn by_exploring(model: &ProofModel, target: Target, limits: &ExploreLimits) -> Decision {
-    match explore(model, target, limits) {
+fn by_exploring(cone: &Cone, target: Target, limits: &ExploreLimits) -> Decision {
+    match explore_cone(cone, target, limits) {
         Explored::All { states, .. } => Decision::Never(Way::Exploring { states }, Vec::new()),
         Explored::Found(path) => Decision::Found(EXPLORING, path),
         Explored::Stopped { states, depth, cause } => {
@@ -174,15 +187,28 @@ fn by_exploring(model: &ProofModel, target: Target, limits: &ExploreLimits) -> D
 
 /// Decides with a solver, about the gates of a scan.
 pub fn by_deducing(model: &ProofModel, target: Target, patience: &Patience) -> Decision {
+    deduced(model, || Cow::Owned(encode(model)), target, patience)
+}
+
+/// As [`by_deducing`], about a cone.
+fn deduced_cone(cone: &Cone, target: Target, patience: &Patience) -> Decision {
+    deduced(&cone.model, || Cow::Borrowed(cone.gates()), target, patience)
+}
+
+fn deduced<'g>(
+    model: &ProofModel,
+    gates: impl FnOnce() -> Cow<'g, Gates>,
+    target: Target,
+    patience: &Patience,
+) -> Decision {
     if let Some(obstacle) = obstacle(model) {
         return Decision::Open(OpenQuestion {
             causes: vec![format!("deducing: {obstacle}")],
             ..OpenQuestion::default()
         });
     }
-    let gates = encode(model);
     let at = model.judged.iter().position(|bit| *bit == target.bit).unwrap_or_default();
-    let gates = merged(&gates.reduced(&[at])).reduced(&[at]);
+    let gates = merged(&gates().reduced(&[at])).reduced(&[at]);
     let system = ScanSystem::of(&gates, gates.judged[at].inverted_if(!target.value));
     let way = match deduce(&system, patience) {
         Deduced::Never(Reason::Induction(k)) => Way::Induction { k },
@@ -196,7 +222,7 @@ pub fn by_deducing(model: &ProofModel, target: Target, patience: &Patience) -> D
         }
         Deduced::Found(inputs) => {
             let path = path_of(&gates, &system, &inputs);
-            if is_met(model, target, &path) {
+            if Run::leads_to(model, target, &path) {
                 let path = with_cold_values(model, target, path);
                 return Decision::Found(DEDUCING, path);
             }
@@ -232,25 +258,9 @@ fn with_cold_values(model: &ProofModel, target: Target, mut path: Path) -> Path 
     for (at, input) in model.inputs.iter().enumerate() {
         let Some(cold) = input.cold else { continue };
         let needed = std::mem::replace(&mut path.scans[0][at], cold);
-        if needed != cold && !is_met(model, target, &path) {
+        if needed != cold && !Run::leads_to(model, target, &path) {
             path.scans[0][at] = needed;
         }
     }
     path
-}
-
-/// Whether a path leads to the target at its last scan, on the engine.
-fn is_met(model: &ProofModel, target: Target, path: &Path) -> bool {
-    let mut run = Run::new(model);
-    let mut is_met = false;
-    for (at, scan) in path.scans.iter().enumerate() {
-        let outcome = run.scan(scan);
-        let is_end = at + 1 == path.scans.len();
-        if !outcome.is_allowed || outcome.is_last && !is_end {
-            return false;
-        }
-        let bit = model.judged.iter().position(|bit| *bit == target.bit);
-        is_met = bit.is_some_and(|bit| outcome.judged[bit] == target.value);
-    }
-    is_met
 }

@@ -2,6 +2,7 @@
 //! recording's thread judges them behind the scans; a line that does not hold is an alarm.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use rungd_base::progress::Progress;
 use rungd_engine::isa::Address;
@@ -50,7 +51,7 @@ pub struct WatchSettings {
     /// In file order.
     pub all: Vec<WatchedCondition>,
     /// The program with a place for each `was(x)` of the lines, if one has some.
-    pub observed: Option<Box<ObservedProgram>>,
+    pub observed: Option<Arc<ObservedProgram>>,
 }
 
 impl WatchSettings {
@@ -159,7 +160,7 @@ pub(super) fn resolve(
 fn remembering<'l>(
     program: &Program,
     lines: impl Iterator<Item = &'l WrittenCondition>,
-) -> Option<Box<ObservedProgram>> {
+) -> Option<Arc<ObservedProgram>> {
     let mut names: Vec<String> = Vec::new();
     lines.for_each(|line| was::add_names(&line.contact, &mut names));
     if names.is_empty() {
@@ -167,7 +168,7 @@ fn remembering<'l>(
     }
     let mut observed = ObservedProgram::bare(program.clone(), program.sizes.clone());
     observed.remember(&names);
-    Some(Box::new(observed))
+    Some(Arc::new(observed))
 }
 
 /// The finding for a name that a watch cannot have: an alarm has the name of its tag or watch.

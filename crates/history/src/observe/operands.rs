@@ -71,7 +71,7 @@ pub(super) fn formula(subject: &Subject, formula: &Formula, image: &Image) -> Ve
     let mut read: Vec<SeenValue> = Vec::new();
     let layout = &subject.symbols.layout;
     let added = added(formula);
-    let begins = begins(formula);
+    let begins = FormulaPart::starts(&formula.parts);
     for (at, part) in formula.parts.iter().enumerate() {
         let mut side = match part {
             FormulaPart::Word(at) => word(subject, *at, image),
@@ -108,33 +108,6 @@ fn computed_element(
     ArrayCells::new(array, layout).cell(index.number.integer())
 }
 
-/// For each part, the first part of its operands, or the part itself.
-fn begins(formula: &Formula) -> Vec<usize> {
-    let mut begins = Vec::with_capacity(formula.parts.len());
-    // The beginnings of the parts whose results are not used yet.
-    let mut open: Vec<usize> = Vec::new();
-    for (at, part) in formula.parts.iter().enumerate() {
-        let used = open.split_off(open.len().saturating_sub(operand_count(part)));
-        let begin = used.first().copied().unwrap_or(at);
-        open.push(begin);
-        begins.push(begin);
-    }
-    begins
-}
-
-/// The number of operands that a part takes.
-fn operand_count(part: &FormulaPart) -> usize {
-    match part {
-        FormulaPart::Integer(_)
-        | FormulaPart::Real(_)
-        | FormulaPart::Word(_)
-        | FormulaPart::Bit(_) => 0,
-        FormulaPart::Element(_) | FormulaPart::Unary(..) => 1,
-        FormulaPart::Binary(..) => 2,
-        FormulaPart::Call(_, count, _) => *count as usize,
-    }
-}
-
 /// For each part, whether it is an operand of `+`, `|`, `||` or an argument of `sum`: if it is 0,
 /// it adds nothing to the result.
 fn added(formula: &Formula) -> Vec<bool> {
@@ -154,7 +127,7 @@ fn added(formula: &Formula) -> Vec<bool> {
             | FormulaPart::Element(_)
             | FormulaPart::Unary(..) => false,
         };
-        let count = operand_count(part);
+        let count = part.operand_count();
         for used in open.split_off(open.len().saturating_sub(count)) {
             added[used] = adds;
         }

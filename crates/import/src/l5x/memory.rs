@@ -240,17 +240,8 @@ impl LogixMemory {
         let variable = &mut self.variables[id];
         variable.parts.insert(path.to_owned(), name.clone());
         let is_array = !part.dimensions.is_empty();
-        let structure = match part.kind {
-            Kind::Struct(name) => self.types.structure(name),
-            Kind::Bool
-            | Kind::Sint
-            | Kind::Int
-            | Kind::Dint
-            | Kind::Usint
-            | Kind::Uint
-            | Kind::Real
-            | Kind::Foreign(_) => None,
-        };
+        let of_struct = if let Kind::Struct(name) = part.kind { Some(name) } else { None };
+        let structure = of_struct.and_then(|name| self.types.structure(name));
         let values = initial::values(variable.data.as_ref(), path);
         let mut doc = variable.doc.clone();
         let wished = variable.original.rsplit('/').next().unwrap_or_default();

@@ -45,16 +45,7 @@ impl Formula {
     pub fn is_time(&self) -> bool {
         let mut times: Vec<bool> = Vec::new();
         for part in &self.parts {
-            let count = match part {
-                FormulaPart::Binary(..) => 2,
-                FormulaPart::Unary(..) | FormulaPart::Element(_) => 1,
-                FormulaPart::Call(_, count, _) => *count as usize,
-                FormulaPart::Integer(_)
-                | FormulaPart::Real(_)
-                | FormulaPart::Word(_)
-                | FormulaPart::Bit(_) => 0,
-            };
-            let operands = times.split_off(times.len().saturating_sub(count));
+            let operands = times.split_off(times.len().saturating_sub(part.operand_count()));
             times.push(part.is_time(&operands));
         }
         times == [true]
@@ -62,6 +53,34 @@ impl Formula {
 }
 
 impl FormulaPart {
+    /// For each part of an expression, the place of the first part of its operands; its own if it
+    /// takes none.
+    pub fn starts(parts: &[FormulaPart]) -> Vec<usize> {
+        let mut starts = Vec::with_capacity(parts.len());
+        // The starts of the parts whose results are not used yet.
+        let mut waiting: Vec<usize> = Vec::new();
+        for (at, part) in parts.iter().enumerate() {
+            let used = waiting.split_off(waiting.len().saturating_sub(part.operand_count()));
+            let start = used.first().copied().unwrap_or(at);
+            waiting.push(start);
+            starts.push(start);
+        }
+        starts
+    }
+
+    /// The number of operands that it takes, which stand before it.
+    pub fn operand_count(&self) -> usize {
+        match self {
+            FormulaPart::Integer(_)
+            | FormulaPart::Real(_)
+            | FormulaPart::Word(_)
+            | FormulaPart::Bit(_) => 0,
+            FormulaPart::Element(_) | FormulaPart::Unary(..) => 1,
+            FormulaPart::Binary(..) => 2,
+            FormulaPart::Call(_, count, _) => *count as usize,
+        }
+    }
+
     /// Whether it is a time; `operands`: whether its operands are.
     fn is_time(&self, operands: &[bool]) -> bool {
         let all = !operands.is_empty() && operands.iter().all(|is_time| *is_time);

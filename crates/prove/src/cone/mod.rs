@@ -14,6 +14,10 @@ mod program;
 
 pub(crate) use program::split;
 
+use std::sync::OnceLock;
+
+use crate::encode::encode;
+use crate::gates::Gates;
 use crate::model::{Path, ProofModel};
 use rungd_engine::{BitCell, Cell};
 
@@ -30,6 +34,8 @@ pub struct Cone {
     places: Vec<Option<usize>>,
     /// The values of the inputs that it does not have.
     resting: Vec<i32>,
+    /// Its gates, once they were asked for.
+    gates: OnceLock<Gates>,
 }
 
 /// The size of a part, and of the whole.
@@ -41,6 +47,12 @@ pub struct Share {
 }
 
 impl Cone {
+    /// The gates of its scan. They are made once: the hash of the question and its solver need
+    /// them.
+    pub(crate) fn gates(&self) -> &Gates {
+        self.gates.get_or_init(|| encode(&self.model))
+    }
+
     /// Whether an input of the whole model is one of the cone's.
     pub(crate) fn has_input(&self, at: usize) -> bool {
         self.places[at].is_some()
@@ -78,6 +90,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
         inputs: Share { kept: inputs.len(), all: places.len() },
         places,
         resting: model.resting(),
+        gates: OnceLock::new(),
         model: ProofModel {
             code: program::joined(slice),
             inputs,

@@ -46,44 +46,42 @@ pub fn explore_traced(
     limits: &ExploreLimits,
     traced_min: u64,
 ) -> Explored {
-    let Some(part) = InputsOfCone::of(model, target, traced_min) else {
-        let cause = StopCause::Combinations;
-        return Explored::Stopped { states: 0, depth: 0, cause };
-    };
-    let InputsOfCone { cone, inputs, traces } = part;
-    match StateSearch::new(&cone.model, target, inputs, traces).run(limits) {
-        Explored::Found(path) => Explored::Found(cone.widened(&path)),
-        ended @ (Explored::All { .. } | Explored::Stopped { .. }) => ended,
+    let cone = cone(model, &[target.bit]);
+    match searched(&cone, target, traced_min, |search| search.run(limits)) {
+        None => too_many(),
+        Some(Explored::Found(path)) => Explored::Found(cone.widened(&path)),
+        Some(ended @ (Explored::All { .. } | Explored::Stopped { .. })) => ended,
     }
 }
 
-/// Whether from every state that can be reached some inputs lead to the target.
-pub fn explore_can(model: &ProofModel, target: Target, limits: &ExploreLimits) -> Attained {
-    let Some(part) = InputsOfCone::of(model, target, TRACED_MIN) else {
-        return Attained::Stopped { states: 0, cause: StopCause::Combinations };
-    };
-    let InputsOfCone { cone, inputs, traces } = part;
-    match can::attain(&StateSearch::new(&cone.model, target, inputs, traces), limits) {
-        Attained::NotFrom(path) => Attained::NotFrom(cone.widened(&path)),
-        answer @ (Attained::Everywhere(_) | Attained::Stopped { .. }) => answer,
-    }
+/// As [`explore`], for the cone of the target. The path is one of the cone.
+pub(crate) fn explore_cone(cone: &Cone, target: Target, limits: &ExploreLimits) -> Explored {
+    searched(cone, target, TRACED_MIN, |search| search.run(limits)).unwrap_or_else(too_many)
 }
 
-/// The cone of a question, with its inputs; `None`: they have too many combinations.
-struct InputsOfCone {
-    cone: Cone,
-    inputs: Inputs,
-    traces: bool,
+/// Whether from every state that can be reached some inputs lead to the target. The path is one of
+/// the cone of the target.
+pub fn explore_can(cone: &Cone, target: Target, limits: &ExploreLimits) -> Attained {
+    let attained = searched(cone, target, TRACED_MIN, |search| can::attain(search, limits));
+    attained.unwrap_or(Attained::Stopped { states: 0, cause: StopCause::Combinations })
 }
 
-impl InputsOfCone {
-    fn of(model: &ProofModel, target: Target, traced_min: u64) -> Option<InputsOfCone> {
-        let mut cone = cone(model, &[target.bit]);
-        let inputs = Inputs::new(&cone.model, target)?;
-        let traces = inputs.usual() >= traced_min;
-        if traces {
-            cone.model.code = split(&cone.model.code);
-        }
-        Some(InputsOfCone { cone, inputs, traces })
+fn too_many() -> Explored {
+    Explored::Stopped { states: 0, depth: 0, cause: StopCause::Combinations }
+}
+
+/// Searches the states of a cone; `None`: its inputs have too many combinations.
+fn searched<T>(
+    cone: &Cone,
+    target: Target,
+    traced_min: u64,
+    search: impl FnOnce(&StateSearch) -> T,
+) -> Option<T> {
+    let inputs = Inputs::new(&cone.model, target)?;
+    let traces = inputs.usual() >= traced_min;
+    let mut model = cone.model.clone();
+    if traces {
+        model.code = split(&model.code);
     }
+    Some(search(&StateSearch::new(&model, target, inputs, traces)))
 }

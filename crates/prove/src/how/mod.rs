@@ -26,7 +26,7 @@ use crate::decide::DecideLimits;
 use crate::encode::written_bits;
 use crate::model::{Path, ProofModel};
 use crate::question::Questions;
-use crate::race::{Decision, OpenQuestion, Race};
+use crate::race::{Decision, Race};
 use crate::trial::Trial;
 use rungd_config::controller::Controller;
 use rungd_engine::BitCell;
@@ -140,13 +140,7 @@ impl HowQuestion {
     }
 
     fn decided(&self, limits: &DecideLimits, begun: Instant) -> HowVerdict {
-        let race = Race {
-            end: begun + limits.time,
-            given_up: limits.given_up.clone(),
-            memory: limits.memory,
-            states: None,
-            depth: None,
-        };
+        let race = limits.race(begun);
         // First the time of day stands still: nobody changes it, and it has many values.
         if let Some(still) = self.with_still_clock() {
             let race = Race { end: begun + limits.time / 2, ..race.clone() };
@@ -178,7 +172,7 @@ impl HowQuestion {
     fn verdict(&self, model: &ProofModel, race: &Race) -> HowVerdict {
         let target = self.questions.can[0].target;
         let cone = cone(model, &[target.bit]);
-        match race.decide(&cone.model, target) {
+        match race.decide(&cone, target) {
             Decision::Never(way, cuts) => {
                 HowVerdict::Never { way, any: self.questions.cut_names(&cuts) }
             }
@@ -186,12 +180,9 @@ impl HowQuestion {
                 let path = cone.widened(&minimal(&cone.model, target, path, race.end));
                 self.tried(way, &path)
             }
-            Decision::Open(OpenQuestion { covered, mut causes, cuts }) => {
-                if !cuts.is_empty() {
-                    let names = self.questions.cut_names(&cuts).join(", ");
-                    causes.push(format!("deducing: any value of {names}"));
-                }
-                HowVerdict::Open { covered, cause: causes.join("; ") }
+            Decision::Open(open) => {
+                let cause = open.cause(&self.questions.cut_names(&open.cuts));
+                HowVerdict::Open { covered: open.covered, cause }
             }
         }
     }

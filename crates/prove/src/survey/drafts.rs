@@ -30,6 +30,8 @@ pub(super) struct Draft {
     pub span: Span,
     /// The conditions: each is asked whether it can be ON.
     pub asks: Vec<Contact>,
+    /// The number of the first of them among those of all drafts.
+    pub first: usize,
     /// The number of the draft of the power around it: a rung that is never ON has no other facts.
     pub within: Option<usize>,
 }
@@ -70,7 +72,8 @@ struct Drafting<'p> {
 impl Drafting<'_> {
     fn add(&mut self, kind: FactKind, subject: String, asks: Vec<Contact>) -> &mut Draft {
         let (bit, span, within) = (None, Span::default(), None);
-        self.all.push(Draft { kind, subject, bit, span, asks, within });
+        let first = self.all.last().map_or(0, |last| last.first + last.asks.len());
+        self.all.push(Draft { kind, subject, bit, span, asks, first, within });
         self.all.last_mut().expect("one was added")
     }
 

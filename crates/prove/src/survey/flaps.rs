@@ -53,7 +53,7 @@ impl FlapSearch<'_> {
         let model = asked.model(self.suite, self.lowered).model;
         let [flaps, is_on] = [model.judged[0], model.judged[1]];
         let cone = cone(&model, &[flaps]);
-        match race.decide_by_effort(&cone.model, Target { bit: flaps, value: true }) {
+        match race.decide_by_effort(&cone, Target { bit: flaps, value: true }) {
             Decision::Never(..) => Possibility::Never,
             Decision::Open(_) => Possibility::Open,
             Decision::Found(_, path) => {

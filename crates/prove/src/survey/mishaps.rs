@@ -232,9 +232,10 @@ impl Found {
     /// Looks for mishaps within an expression. What `&&`, `||` and `if` do not evaluate makes none.
     fn visit(&mut self, formula: &Formula) {
         let parts = &formula.parts;
+        let starts = FormulaPart::starts(parts);
         let mut open = vec![OpenPart { end: parts.len() - 1, evaluated: Vec::new() }];
         while let Some(OpenPart { end, evaluated }) = open.pop() {
-            let ends = operand_ends(parts, end);
+            let ends = operand_ends(parts, &starts, end);
             let operand = |at: usize| of_range(parts, ends[at]);
             let mut guards = vec![Vec::new(); ends.len()];
             match parts[end] {
@@ -290,34 +291,14 @@ struct Extent {
     last: usize,
 }
 
-fn operand_count(part: &FormulaPart) -> usize {
-    match part {
-        FormulaPart::Integer(_)
-        | FormulaPart::Real(_)
-        | FormulaPart::Word(_)
-        | FormulaPart::Bit(_) => 0,
-        FormulaPart::Element(_) | FormulaPart::Unary(..) => 1,
-        FormulaPart::Binary(..) => 2,
-        FormulaPart::Call(_, count, _) => *count as usize,
-    }
-}
-
-/// The operands of the part at a place, in order.
-fn operand_ends(parts: &[FormulaPart], end: usize) -> Vec<Extent> {
+/// The operands of the part at a place, in order. `starts`: see [`FormulaPart::starts`].
+fn operand_ends(parts: &[FormulaPart], starts: &[usize], end: usize) -> Vec<Extent> {
     let mut all = Vec::new();
     let mut next = end;
-    for _ in 0..operand_count(&parts[end]) {
+    for _ in 0..parts[end].operand_count() {
         let last = next - 1;
-        let (mut first, mut wanted) = (last, 1);
-        loop {
-            wanted = wanted - 1 + operand_count(&parts[first]);
-            if wanted == 0 {
-                break;
-            }
-            first -= 1;
-        }
-        all.push(Extent { first, last });
-        next = first;
+        next = starts[last];
+        all.push(Extent { first: next, last });
     }
     all.reverse();
     all

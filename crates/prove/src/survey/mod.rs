@@ -27,16 +27,14 @@ pub use surveyed::Survey;
 
 use crate::cone::cone;
 use crate::decide::DecideLimits;
-use crate::model::{ProofModel, Target};
+use crate::model::{ProofModel, Run, Target};
 use crate::question::{ModelWithNames, ModelledProgram};
-use crate::race::{Decision, Race};
+use crate::race::Decision;
 use drafts::{Draft, ProbedLadder};
 use flaps::FlapSearch;
 use rungd_lab::testing::{self, Suite};
 use rungd_language::lower::judged::Judges;
 use rungd_language::resolve::program::Contact;
-use std::sync::Arc;
-use surveyed::shows;
 
 /// How far a survey is.
 #[derive(Clone, Copy, Debug)]
@@ -83,7 +81,7 @@ fn facts(
 ) -> Vec<Fact> {
     let is_never: Vec<bool> =
         answers.iter().map(|reach| matches!(reach.first(), Some(Possibility::Never))).collect();
-    let (mut all, mut next) = (Vec::new(), 0);
+    let mut all = Vec::new();
     let mut seen: HashMap<String, u32> = HashMap::new();
     for ((draft, answers), flaps) in drafts.iter().zip(answers).zip(flapping) {
         let place = match draft.span.end {
@@ -98,8 +96,7 @@ fn facts(
         if *count > 1 {
             subject = format!("{subject} ({count})");
         }
-        let first = Some(next);
-        next += answers.len();
+        let first = Some(draft.first);
         all.push(Fact { kind, subject, place: place.clone(), answers, first, bit, is_hidden });
         if let Some(reach) = flaps {
             let subject = format!("{}, every scan", draft.subject);
@@ -126,14 +123,6 @@ impl Settling<'_> {
         let seen = walks::walks(self.model, &is_given_up);
         let mut answers: Vec<Option<Possibility>> =
             seen.into_iter().map(|path| path.map(Possibility::Can)).collect();
-        let starts: Vec<usize> = drafts
-            .iter()
-            .scan(0, |next, draft| {
-                let first = *next;
-                *next += draft.asks.len();
-                Some(first)
-            })
-            .collect();
         // What lies within a rung that is never ON is never so either: rungs first.
         let is_within = |at: &usize| drafts[*at].within.is_some();
         let numbers = 0..drafts.len();
@@ -141,9 +130,9 @@ impl Settling<'_> {
         for group in [around, within] {
             let mut open: Vec<usize> = Vec::new();
             for at in group {
-                let first = starts[at];
+                let first = drafts[at].first;
                 let is_dead = drafts[at].within.is_some_and(|around| {
-                    matches!(answers[starts[around]], Some(Possibility::Never))
+                    matches!(answers[drafts[around].first], Some(Possibility::Never))
                 });
                 let own = &mut answers[first..first + drafts[at].asks.len()];
                 for (offset, answer) in own.iter_mut().enumerate() {
@@ -193,16 +182,13 @@ impl Settling<'_> {
 
     /// Whether outputs flap, by the numbers of their drafts.
     fn flapping(&self, drafts: &[Draft], answers: &[Vec<Possibility>]) -> Vec<Option<Possibility>> {
-        let judged = |at: usize| {
-            let asks = drafts[..at].iter().map(|draft| draft.asks.len()).sum::<usize>();
-            self.model.judged[asks]
-        };
+        let judged = |at: usize| self.model.judged[drafts[at].first];
         let asked: Vec<usize> = (0..drafts.len())
             .filter(|at| drafts[*at].bit.is_some() && answers[*at].len() == 2)
             .filter(|at| answers[*at].iter().all(|reach| matches!(reach, Possibility::Can(_))))
             .collect();
         let found = self.each(&asked, |at| match drafts[at].bit {
-            Some(bit) => self.flaps.output(bit, judged(at), &self.race()),
+            Some(bit) => self.flaps.output(bit, judged(at), &self.limits.race(Instant::now())),
             None => Possibility::Never,
         });
         let mut all = vec![None; drafts.len()];
@@ -219,26 +205,16 @@ impl Settling<'_> {
         }
         let target = Target { bit: self.model.judged[at], value: true };
         let cone = cone(self.model, &[target.bit]);
-        match self.race().decide_by_effort(&cone.model, target) {
+        match self.limits.race(Instant::now()).decide_by_effort(&cone, target) {
             Decision::Never(..) => Possibility::Never,
             Decision::Open(_) => Possibility::Open,
             Decision::Found(_, path) => {
                 let path = cone.widened(&path);
-                match shows(self.model, at, &path) {
+                match Run::leads_to(self.model, target, &path) {
                     true => Possibility::Can(path),
                     false => Possibility::Open,
                 }
             }
-        }
-    }
-
-    fn race(&self) -> Race {
-        Race {
-            end: Instant::now() + self.limits.time,
-            given_up: Arc::clone(&self.limits.given_up),
-            memory: self.limits.memory,
-            states: None,
-            depth: None,
         }
     }
 }

@@ -72,34 +72,15 @@ impl Survey {
     fn shorter(&self, judged: usize, known: &Path) -> Option<Path> {
         let target = Target { bit: self.model.judged[judged], value: true };
         let cone = cone(&self.model, &[target.bit]);
-        let race = Race {
-            end: Instant::now() + self.limits.time,
-            given_up: Arc::clone(&self.limits.given_up),
-            memory: self.limits.memory,
-            states: None,
-            depth: Some(known.scans.len() as u64),
-        };
-        match race.decide_by_effort(&cone.model, target) {
+        let depth = Some(known.scans.len() as u64);
+        let race = Race { depth, ..self.limits.race(Instant::now()) };
+        match race.decide_by_effort(&cone, target) {
             Decision::Found(_, path) => {
                 let path = cone.widened(&path);
                 let is_shorter = path.scans.len() < known.scans.len();
-                (is_shorter && shows(&self.model, judged, &path)).then_some(path)
+                (is_shorter && Run::leads_to(&self.model, target, &path)).then_some(path)
             }
             Decision::Never(..) | Decision::Open(_) => None,
         }
     }
-}
-
-/// Executes a path: whether a judged bit is ON at its end.
-pub(super) fn shows(model: &ProofModel, at: usize, path: &Path) -> bool {
-    let mut run = Run::new(model);
-    let mut is_on = false;
-    for (scan, inputs) in path.scans.iter().enumerate() {
-        let outcome = run.scan(inputs);
-        if !outcome.is_allowed || outcome.is_last && scan + 1 < path.scans.len() {
-            return false;
-        }
-        is_on = outcome.judged[at];
-    }
-    is_on
 }

@@ -8,6 +8,7 @@ use super::bench::{Asked, model};
 use super::drawn::{Drawn, drawn};
 use super::exhaust::{combinations, exhaust};
 use rungd_engine::EngineState;
+use rungd_prove::cone::cone;
 use rungd_prove::explore::{
     Attained, ExploreLimits, Explored, StopCause, explore, explore_can, explore_traced,
 };
@@ -273,9 +274,11 @@ fn from_a_dead_end_a_plain_search_reaches_the_target_no_more() {
     for seed in 1..=setting("RUNGD_PROVE_PROGRAMS", 8) {
         let drawn = drawn(seed);
         let target = Target { bit: drawn.model.judged[0], value: true };
-        let Attained::NotFrom(path) = explore_can(&drawn.model, target, &limits(200_000)) else {
+        let cone = cone(&drawn.model, &[target.bit]);
+        let Attained::NotFrom(path) = explore_can(&cone, target, &limits(200_000)) else {
             continue;
         };
+        let path = cone.widened(&path);
         let mut run = Run::new(&drawn.model);
         path.scans.iter().for_each(|scan| drop(run.scan(scan)));
         assert!(!attains(&mut run, target, 4), "{}", drawn.text);

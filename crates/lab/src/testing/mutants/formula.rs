@@ -188,7 +188,7 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         FormulaText { formula, written }: FormulaText<'g>,
         change: &'g dyn Fn(FormulaEdit) -> Mutation,
     ) -> Self {
-        let starts = starts(&formula.parts);
+        let starts = FormulaPart::starts(&formula.parts);
         FormulaSearch { ground, place, formula, written, starts, change, found: Vec::new() }
     }
 
@@ -385,31 +385,6 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
         let place = self.place(at);
         self.found.push(FoundMutation { kind, place, variant, what, branch, mutation });
     }
-}
-
-/// For each part of an expression, the index of its first operand's first part; its own without
-/// operands.
-fn starts(parts: &[FormulaPart]) -> Vec<usize> {
-    let mut starts = Vec::with_capacity(parts.len());
-    // The starts of the operands that wait for their operator.
-    let mut waiting: Vec<usize> = Vec::new();
-    for (at, part) in parts.iter().enumerate() {
-        let count = match part {
-            FormulaPart::Integer(_)
-            | FormulaPart::Real(_)
-            | FormulaPart::Word(_)
-            | FormulaPart::Bit(_) => 0,
-            FormulaPart::Unary(..) | FormulaPart::Element(_) => 1,
-            FormulaPart::Binary(..) => 2,
-            FormulaPart::Call(_, count, _) => *count as usize,
-        };
-        let kept = waiting.len().saturating_sub(count);
-        let start = waiting.get(kept).copied().filter(|_| count > 0).unwrap_or(at);
-        waiting.truncate(kept);
-        waiting.push(start);
-        starts.push(start);
-    }
-    starts
 }
 
 /// The integer constants at a compare of integers, each with the direction of the neighbour that
