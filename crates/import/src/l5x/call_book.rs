@@ -89,7 +89,7 @@ pub(crate) struct OwnReference {
 /// The operands of SBR and RET of a routine.
 pub(crate) fn callee(name: Result<String, String>, instructions: &[&RllInstruction]) -> Callee {
     let of = |wanted: &'static str| {
-        let all = instructions.iter().filter(move |one| one.name.eq_ignore_ascii_case(wanted));
+        let all = instructions.iter().filter(move |one| one.name == wanted);
         all.map(|one| one.operands.clone())
     };
     let mut returns = of("RET");

@@ -21,7 +21,7 @@ impl Translation<'_> {
         instruction: &RllInstruction,
         when: &Terms,
     ) -> Result<(), String> {
-        match instruction.name.to_uppercase().as_str() {
+        match instruction.name.as_str() {
             "JSR" => self.jump_to_subroutine(instruction, when),
             "SBR" | "LBL" => Ok(()),
             "JMP" => {

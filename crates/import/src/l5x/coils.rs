@@ -20,7 +20,7 @@ impl Translation<'_> {
         when: &Terms,
     ) -> Result<(), String> {
         let bit = self.bit_to_write(operand(instruction, 0)?)?;
-        match instruction.name.to_uppercase().as_str() {
+        match instruction.name.as_str() {
             "OTE" => {
                 self.prescan.coil(self.scope, &bit);
                 self.write_bit(&bit, when.clone(), BitWrite::Follow)
@@ -69,9 +69,9 @@ impl Translation<'_> {
         instruction: &RllInstruction,
         when: &Terms,
     ) -> Result<(), String> {
-        let name = instruction.name.to_uppercase();
+        let name = instruction.name.as_str();
         let text = operand(instruction, 0)?;
-        let wanted = match name.as_str() {
+        let wanted = match name {
             "CTU" | "CTD" => "counter",
             "TON" | "TOF" | "RTO" => "timer",
             _ => "",
@@ -87,7 +87,7 @@ impl Translation<'_> {
             return Err(format!("`{text}` is no {wanted}"));
         }
         let field = |field: &str| format!("{}.{field}", structure.text);
-        match name.as_str() {
+        match name {
             "RES" => return self.reset(&structure, when),
             "CTU" => self.prescan.text(self.scope, format!("SET {}", field("cu"))),
             "CTD" => self.prescan.text(self.scope, format!("SET {}", field("cd"))),
@@ -99,7 +99,7 @@ impl Translation<'_> {
                     self.prescan.text(self.scope, format!("RST {}", field("dn")));
                 }
                 let pre = field("pre");
-                let value = match name.as_str() {
+                let value = match name {
                     "TON" => Some("0"),
                     "TOF" => Some(pre.as_str()),
                     _ => None,
@@ -112,7 +112,7 @@ impl Translation<'_> {
         if let Index::Moving(_) = structure.index {
             return Err(format!("{name} of a structure with a moving index"));
         }
-        self.use_template(&name, &structure, when.clone());
+        self.use_template(name, &structure, when.clone());
         Ok(())
     }
 

@@ -16,9 +16,7 @@ impl Translation<'_> {
         instruction: &RllInstruction,
         when: &Terms,
     ) -> Result<Option<RungCondition>, String> {
-        let name = instruction.name.to_uppercase();
-        let compare = |operator: &'static str| Some(operator);
-        let operator = match name.as_str() {
+        let operator = match instruction.name.as_str() {
             "XIC" => return self.bit(operand(instruction, 0)?, when).map(Some),
             "XIO" => {
                 return Ok(Some(self.bit(operand(instruction, 0)?, when)?.opposite()));
@@ -27,15 +25,14 @@ impl Translation<'_> {
             "LIM" | "LIMIT" => return self.limits(instruction, when).map(Some),
             "MEQ" => return self.masked(instruction, when).map(Some),
             "CMP" => return self.compared(operand(instruction, 0)?, when).map(Some),
-            "EQU" | "EQ" => compare("=="),
-            "NEQ" | "NE" => compare("!="),
-            "LES" | "LT" => compare("<"),
-            "LEQ" | "LE" => compare("<="),
-            "GRT" | "GT" => compare(">"),
-            "GEQ" | "GE" => compare(">="),
-            _ => None,
+            "EQU" | "EQ" => "==",
+            "NEQ" | "NE" => "!=",
+            "LES" | "LT" => "<",
+            "LEQ" | "LE" => "<=",
+            "GRT" | "GT" => ">",
+            "GEQ" | "GE" => ">=",
+            _ => return Ok(None),
         };
-        let Some(operator) = operator else { return Ok(None) };
         let left = self.side(operand(instruction, 0)?, when)?;
         let right = self.side(operand(instruction, 1)?, when)?;
         self.wide_beside_real(&left, &right);
@@ -50,7 +47,7 @@ impl Translation<'_> {
         if text.eq_ignore_ascii_case("S:FS") {
             return Ok(RungCondition::bit("$FirstScan"));
         }
-        if text.len() > 2 && text[..2].eq_ignore_ascii_case("S:") {
+        if text.get(..2).is_some_and(|head| head.eq_ignore_ascii_case("S:")) {
             return Err(format!("the arithmetic status flag {text}"));
         }
         if self.calls.is_enable(self.scope, text) {

@@ -57,7 +57,7 @@ impl Translation<'_> {
         instruction: &RllInstruction,
         when: &Terms,
     ) -> Result<(), String> {
-        match instruction.name.to_uppercase().as_str() {
+        match instruction.name.as_str() {
             "COP" | "CPS" => self.copy(instruction, when),
             "FLL" => self.fill(instruction, when),
             "FFL" => self.load(instruction, when),

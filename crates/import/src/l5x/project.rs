@@ -239,11 +239,9 @@ impl ProgramWork<'_> {
             let instructions: Vec<rll::RllInstruction> =
                 series.iter().flat_map(|one| rll::instructions(one)).cloned().collect();
             let is_main = routine.name.eq_ignore_ascii_case(main);
-            let ends = |one: &rll::RllInstruction| {
-                one.name.eq_ignore_ascii_case("RET") || one.name.eq_ignore_ascii_case("TND")
-            };
+            let ends = |one: &rll::RllInstruction| matches!(one.name.as_str(), "RET" | "TND");
             has_early_end |= is_main && instructions.iter().any(ends);
-            let jsr = instructions.iter().filter(|one| one.name.eq_ignore_ascii_case("JSR"));
+            let jsr = instructions.iter().filter(|one| one.name == "JSR");
             let own: Vec<String> = jsr
                 .filter_map(|one| one.operands.first())
                 .map(|name| name.to_lowercase())

@@ -18,6 +18,7 @@ pub(crate) enum RllNode {
 /// An instruction with its operands as they are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct RllInstruction {
+    /// In capital letters: Logix takes any.
     pub(crate) name: String,
     pub(crate) operands: Vec<String>,
 }
@@ -128,7 +129,7 @@ impl<'t> RllParser<'t> {
         let rest = self.rest();
         let is_name = |c: char| c.is_ascii_alphanumeric() || c == '_';
         let end = rest.find(|c: char| !is_name(c)).unwrap_or(rest.len());
-        let name = rest[..end].to_owned();
+        let name = rest[..end].to_ascii_uppercase();
         self.at += end;
         if !self.takes('(') {
             return Err(self.wrong(&format!("`(` behind {name}")));

@@ -110,13 +110,13 @@ fn labels(
             let Some(name) = instruction.operands.first().map(|name| name.to_lowercase()) else {
                 continue;
             };
-            if instruction.name.eq_ignore_ascii_case("LBL") {
+            if instruction.name == "LBL" {
                 let is_first = is_instruction(series.first(), instruction);
                 if !is_first {
                     bad.insert(name.clone());
                 }
                 places.insert(name, number);
-            } else if instruction.name.eq_ignore_ascii_case("JMP") {
+            } else if instruction.name == "JMP" {
                 let is_last = is_instruction(series.last(), instruction);
                 if !is_last {
                     bad.insert(name.clone());
@@ -389,7 +389,7 @@ fn is_instruction(node: Option<&RllNode>, instruction: &rll::RllInstruction) -> 
 /// Whether a rung ends with MCR, behind contacts alone.
 fn is_zone(series: &[RllNode]) -> bool {
     match series.last() {
-        Some(RllNode::RllInstruction(last)) => last.name.eq_ignore_ascii_case("MCR"),
+        Some(RllNode::RllInstruction(last)) => last.name == "MCR",
         Some(RllNode::Branches(_)) | None => false,
     }
 }
@@ -398,7 +398,7 @@ fn is_zone(series: &[RllNode]) -> bool {
 fn counted(series: &[RllNode]) -> Vec<PartCount> {
     let mut counts: Vec<PartCount> = Vec::new();
     for instruction in rll::instructions(series) {
-        let kind = instruction.name.to_uppercase();
+        let kind = instruction.name.clone();
         match counts.iter_mut().find(|part| part.kind == kind) {
             Some(part) => part.count += 1,
             None => counts.push(PartCount { kind, count: 1 }),

@@ -93,7 +93,7 @@ impl Translation<'_> {
             }
             return Ok(when);
         }
-        match instruction.name.to_uppercase().as_str() {
+        match instruction.name.as_str() {
             "ONS" => return self.one_shot(instruction, when),
             "NOP" => {}
             "OTE" | "OTL" | "OTU" | "OSR" | "OSF" => self.coil(instruction, &when)?,

@@ -168,3 +168,56 @@ fn the_project_with_a_stub_is_refused_by_check() {
     let errors = plant::errors(&project);
     assert!(errors.contains("error[imported-todo]: a rung was not translated"), "{errors}");
 }
+
+/// Nothing in a file from outside may end the import.
+#[test]
+fn a_rung_with_any_operands_is_translated_or_gets_a_stub() {
+    let instructions = [
+        "XIC", "xio", "OTE", "OTL", "ONS", "OSR", "TON", "RTO", "CTU", "RES", "EQU", "LIM", "MEQ",
+        "CMP", "MOV", "MVM", "CLR", "CPT", "ADD", "DIV", "MOD", "SQR", "BTD", "SCP", "COP", "FLL",
+        "FFL", "FFU", "BSL", "JSR", "SBR", "RET", "JMP", "LBL", "MCR", "NoSuch",
+    ];
+    let operands = [
+        "",
+        "€x",
+        "é",
+        "S:",
+        "S:€",
+        "s:fs",
+        "[",
+        "a[",
+        "a[€]",
+        "a.",
+        "a..b",
+        "a.[",
+        "a.[€]",
+        ".3",
+        "a.99",
+        "\\€",
+        "\\a",
+        "program:€",
+        "Program:p.a",
+        "16#",
+        "16#zz",
+        "99#1",
+        "-",
+        "--1",
+        "1e999",
+        "a b",
+        "a+€",
+        "(((",
+        "a[0,0,0,0]",
+        "a[4294967296]",
+        "99999999999999999999",
+        "SIN(€)",
+        "?",
+    ];
+    for name in instructions {
+        for operand in operands {
+            for count in [1, 2, 3, 5] {
+                let rung = format!("XIC(on){name}({});", vec![operand; count].join(","));
+                fate(&["on: BOOL", "a: DINT"], &rung);
+            }
+        }
+    }
+}

@@ -8,16 +8,13 @@ use rungd_base::random::SplitMix64;
 use rungd_engine::isa::Real;
 use rungd_import::l5x;
 use rungd_import::model::Fate;
+use rungd_test_support::setting::setting;
 
 use super::file;
 use super::generator::{BITS, Routines, WORDS, below, routines};
 use super::interpreter::Machine;
 use super::values::{Value, Width, width};
 use crate::plant;
-
-fn setting(name: &str, default: u64) -> u64 {
-    std::env::var(name).ok().and_then(|text| text.parse().ok()).unwrap_or(default)
-}
 
 /// A place in both memories.
 struct Watched {

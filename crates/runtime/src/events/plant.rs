@@ -3,8 +3,8 @@
 rows! {
     ALARM_ON = 301, "alarm-on", Warn, NONE, Never:
         "cee4db88c3f24fe387a305e32f579a42",
-        "A bit that the ladder declares as an alarm went ON, or a line of [[watch]] does not \
-         hold. The text is the alarm's text in the ladder or in the controller file.",
+        "A bit that the ladder declares as an alarm went ON, or a line of `[[watch]]` does \
+         not hold. The text is the alarm's text in the ladder or in the controller file.",
         "Do what the plant's instructions say for this alarm. An alarm-off line with the same tag \
          reports the end of the alarm.";
 
