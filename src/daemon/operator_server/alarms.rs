@@ -114,8 +114,8 @@ impl NamedAlarms<'_> {
         };
         if numbers.is_empty() {
             let message = format!(
-                "`{text}` is no alarm: an alarm is a bit whose tag has the key `alarm`, or the name \
-                 of a `[[watch]]` (`rungd alarms` lists those that can be acknowledged)"
+                "`{text}` is no alarm: an alarm is a bit whose tag has the key `alarm`, or the \
+                 name of a `[[watch]]` (`rungd alarms` lists those that can be acknowledged)"
             );
             return Err(RequestRefusal::new(RefusalKind::BadOperand, message));
         }
