@@ -91,7 +91,7 @@ impl TraceColumns {
         let views = || suite.programs.iter().map(|test_program| test_program.view.as_deref());
         let own = views().next().flatten().into_iter().flat_map(|view| {
             let layout = &view.symbols.layout;
-            view.own_operands().map(move |(name, cell)| TracedOperand::new(name, cell, layout))
+            view.own_operands().map(move |(name, cell)| TracedOperand::new(&name, cell, layout))
         });
         watched.extend(own);
         let cells_of = |view: &testing::View| view.own_operands().map(|(_, cell)| cell).collect();

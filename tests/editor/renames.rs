@@ -261,7 +261,7 @@ fn trace(loaded: &Loaded) -> Vec<Vec<i64>> {
     let lookup = |name: &str| target(program, &symbols, name);
     let stimulus = Stimulus::parse(&text, &lookup).expect("a stimulus");
     let cells = names.iter().map(|named| {
-        let address = program.scope().address(&named.name).expect("a name");
+        let address = program.scope().address(&named.name()).expect("a name");
         symbols.layout.cell(address).expect("a cell")
     });
     let mut rows = Rows::new(cells.collect());

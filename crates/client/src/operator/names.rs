@@ -89,7 +89,7 @@ impl OperandNames {
             names.offered.add(name.to_owned(), about);
         }
         for operand in &program.operands {
-            names.offered.add(operand.name.clone(), "named in the ladder");
+            names.offered.add(operand.name().into_owned(), "named in the ladder");
         }
         names
     }

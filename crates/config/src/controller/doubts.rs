@@ -3,6 +3,7 @@
 //!
 //! Called by `resolve_controller` once it has both. No settings are refused here.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 
 use super::settings::Controller;
@@ -49,9 +50,9 @@ fn held_but_reset(controller: &Controller, program: &Program, progress: &Progres
         return found;
     }
     let drivers = drivers(program);
-    let mut names: HashMap<Address, &str> = HashMap::new();
+    let mut names: HashMap<Address, Cow<'_, str>> = HashMap::new();
     for named in &program.operands {
-        names.entry(named.address).or_insert(&named.name);
+        names.entry(named.address).or_insert_with(|| named.name());
     }
     let mut outputs = NumberRanges::default();
     for held in &controller.outputs_hold {
@@ -61,7 +62,7 @@ fn held_but_reset(controller: &Controller, program: &Program, progress: &Progres
             let Some(driver) = drivers.get(&output) else { continue };
             let name = driver.mnemonic.spec().name;
             let called = names.get(&Address::Bit(output));
-            let called = called.map_or_else(|| output.to_string(), |name| (*name).to_owned());
+            let called = called.map_or_else(|| output.to_string(), |name| name.to_string());
             let message = format!(
                 "`{called}` is in `hold`, but a stop turns OFF every output that `{name}` drives"
             );

@@ -117,7 +117,7 @@ pub fn read_within(
     file: FileId,
     progress: &Progress,
 ) -> (Option<WrittenController>, Vec<Finding>) {
-    let mut room = LoadRoom::of(progress.clone());
+    let mut room = LoadRoom::of(progress.clone()).for_bytes(source.len());
     reader::document_within(&mut room, source, file, |root| read_root(root, file))
 }
 

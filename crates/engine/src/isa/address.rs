@@ -438,7 +438,8 @@ impl Word {
 
 impl fmt::Display for Structure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}{}", self.space().name(), self.number())
+        f.write_str(self.space().name())?;
+        write!(f, "{}", self.number())
     }
 }
 
@@ -447,8 +448,15 @@ impl fmt::Display for Bit {
     /// number.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Bit::Space(space, n) => write!(f, "{}{n}", space.name()),
-            Bit::Flag(structure, flag) => write!(f, "{structure}.{}", flag.name()),
+            Bit::Space(space, n) => {
+                f.write_str(space.name())?;
+                write!(f, "{n}")
+            }
+            Bit::Flag(structure, flag) => {
+                structure.fmt(f)?;
+                f.write_str(".")?;
+                f.write_str(flag.name())
+            }
             Bit::Stage(id) => write!(f, "stage {}", id.0),
             Bit::Running(id) => write!(f, "block {}.Running", id.0),
             Bit::Done(id) => write!(f, "block {}.Done", id.0),
@@ -461,8 +469,15 @@ impl fmt::Display for Bit {
 impl fmt::Display for Word {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Word::Space(space, n) => write!(f, "{}{n}", space.name()),
-            Word::Acc(structure) => write!(f, "{structure}.{}", structure.acc_name()),
+            Word::Space(space, n) => {
+                f.write_str(space.name())?;
+                write!(f, "{n}")
+            }
+            Word::Acc(structure) => {
+                structure.fmt(f)?;
+                f.write_str(".")?;
+                f.write_str(structure.acc_name())
+            }
             Word::Pre(n) => write!(f, "N{n}.PRE"),
         }
     }

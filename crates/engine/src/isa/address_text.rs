@@ -91,11 +91,11 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
         None => (text, None),
     };
     let (prefix, digits) = split_base(base).ok_or(AddressError::NotAnAddress)?;
-    let upper = prefix.to_ascii_uppercase();
-    if Space::from_name(&upper).is_none() {
-        return Err(AddressError::NotAnAddress);
-    }
-    if upper != prefix {
+    let Some(space) = Space::from_name(prefix) else {
+        let upper = prefix.to_ascii_uppercase();
+        if Space::from_name(&upper).is_none() {
+            return Err(AddressError::NotAnAddress);
+        }
         // The suggestion corrects the member's case and the number as well.
         let right = text.replacen(prefix, &upper, 1);
         return Err(match parse(&right, sizes) {
@@ -104,16 +104,16 @@ pub fn parse(text: &str, sizes: &MemorySizes) -> Result<Address, AddressError> {
             }
             _ => AddressError::Case(right),
         });
-    }
+    };
     if digits.len() > 1 && digits.starts_with('0') {
         let number = digits.trim_start_matches('0');
         let number = if number.is_empty() { "0" } else { number };
         return Err(AddressError::LeadingZero(text.replacen(digits, number, 1)));
     }
     let number = digits.parse::<u32>().unwrap_or(u32::MAX);
-    let base = parse_base(prefix, number, sizes)?;
-    match (base, member) {
-        (_, None) => Ok(base),
+    in_range(space, number, sizes)?;
+    match (space.address(number), member) {
+        (base, None) => Ok(base),
         (Address::Structure(structure), Some(member)) => parse_member(structure, member),
         (_, Some(_)) => Err(AddressError::UnknownMember(&[])),
     }
@@ -134,12 +134,6 @@ fn split_base(base: &str) -> Option<(&str, &str)> {
         && prefix.bytes().all(|b| b.is_ascii_alphabetic())
         && digits.bytes().all(|b| b.is_ascii_digit());
     ok.then_some((prefix, digits))
-}
-
-fn parse_base(prefix: &str, n: u32, sizes: &MemorySizes) -> Result<Address, AddressError> {
-    let space = Space::from_name(prefix).ok_or(AddressError::NotAnAddress)?;
-    in_range(space, n, sizes)?;
-    Ok(space.address(n))
 }
 
 fn in_range(space: Space, n: u32, sizes: &MemorySizes) -> Result<(), AddressError> {

@@ -19,7 +19,10 @@ impl Mnemonic {
 
     /// The instruction with this name, in upper case as in the table.
     pub fn from_name(name: &str) -> Option<Mnemonic> {
-        TABLE.iter().find(|spec| spec.name == name).map(|spec| spec.mnemonic)
+        // Every name ends with a capital letter. Most words that are looked up are operands.
+        let may_be_one = name.ends_with(|last: char| last.is_ascii_uppercase());
+        let row = if may_be_one { TABLE.iter().find(|spec| spec.name == name) } else { None };
+        row.map(|spec| spec.mnemonic)
     }
 
     /// Whether it owns the structure that it names. A structure has one owner in a program.

@@ -37,8 +37,8 @@ fn trace(program: &Program) -> String {
     let plan = Plan { period_ms, scans, stop: true, clock_s: 0, stimulus };
     let operands = program.named(64);
     let watched = operands.iter().filter_map(|operand| {
-        let cell = cell(program, &symbols, &operand.name).ok()?;
-        Some(TracedOperand::new(&operand.name, cell, &symbols.layout))
+        let cell = cell(program, &symbols, &operand.name()).ok()?;
+        Some(TracedOperand::new(&operand.name(), cell, &symbols.layout))
     });
     let watched: Vec<TracedOperand> = watched.collect();
     let mut trace = CsvTrace::new(&watched, Vec::new()).expect("a Vec takes all");

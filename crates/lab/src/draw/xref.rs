@@ -77,8 +77,8 @@ impl<'a> CrossReferenceIndex<'a> {
             |name: &str| name.rsplit_once('.').is_some_and(|(base, _)| known.contains(base));
         let operands = program.operands.iter();
         let untagged =
-            operands.filter(|named| !tagged.contains(&named.address) && !is_member(&named.name));
-        let names = names.chain(untagged.map(|named| Cow::Borrowed(named.name.as_str())));
+            operands.filter(|named| !tagged.contains(&named.address) && !is_member(&named.name()));
+        let names = names.chain(untagged.map(|named| named.name()));
         let blocks = program.blocks.iter().map(|block| Cow::Borrowed(block.name.as_str()));
         let mut seen = HashSet::new();
         let names = names.chain(blocks).filter(|name| seen.insert(name.clone()));

@@ -100,7 +100,7 @@ pub fn fits(scans: u64, period_ms: u32) -> bool {
 pub fn all_named(program: &Program, symbols: &Symbols) -> Vec<TracedOperand> {
     let watched = program.named(ELEMENTS_MAX).into_iter().filter_map(|operand| {
         let cell = symbols.layout.cell(operand.address)?;
-        Some(TracedOperand::new(&operand.name, cell, &symbols.layout))
+        Some(TracedOperand::new(&operand.name(), cell, &symbols.layout))
     });
     watched.collect()
 }

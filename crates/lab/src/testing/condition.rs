@@ -71,7 +71,7 @@ impl Condition {
         let reads = resolved.reads.into_iter().filter(|operand| seen.insert(operand.address));
         let operands = reads.filter_map(|operand| {
             let cell = layout.cell(operand.address)?;
-            Some((operand.name, cell))
+            Some((operand.name().into_owned(), cell))
         });
         let selected = resolved.elements.into_iter();
         let mut edges = 0;

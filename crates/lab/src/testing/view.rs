@@ -7,6 +7,7 @@
 //! it executes the rungs of the observer. The engine of the controller is only read, so it does the
 //! same without a view. The observer is no part of the controller: over a new process it goes on.
 
+use std::borrow::Cow;
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
@@ -161,12 +162,10 @@ impl View {
 
     /// The bits and words of the observer's tags, in the order of its rungs, each with its cell in
     /// the view.
-    pub fn own_operands(&self) -> impl Iterator<Item = (&str, Cell)> {
+    pub fn own_operands(&self) -> impl Iterator<Item = (Cow<'_, str>, Cell)> {
         let own = self.observed.operands.iter();
         let own = own.filter(|operand| !self.observed.is_of_program(operand.address));
-        own.filter_map(|operand| {
-            Some((operand.name.as_str(), self.symbols.layout.cell(operand.address)?))
-        })
+        own.filter_map(|operand| Some((operand.name(), self.symbols.layout.cell(operand.address)?)))
     }
 
     /// The rungs of the observer.

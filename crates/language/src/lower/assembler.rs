@@ -269,7 +269,7 @@ impl<'p> Assembler<'p> {
         self.steps.extend(steps);
         self.tables.slots = self.tables.slots.max(slots);
         self.formulas.push(reads(steps));
-        self.maths.push(self.site.place.clone());
+        self.maths.push(self.site.place.to_string());
         (first, self.formulas.len() as u32 - 1)
     }
 

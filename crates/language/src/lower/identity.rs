@@ -6,6 +6,7 @@
 //! each lowering. Retentive memory uses only the shift registers
 //! and the Programs whose Stages are retained.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
@@ -13,7 +14,7 @@ use crate::resolve::array::{Array, ArrayElement, ShiftBits};
 use crate::resolve::name_book::NameBook;
 use crate::resolve::program::{Instruction, Program, TagMeaning, Value};
 use crate::source::span::Span;
-use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, Structure};
+use rungd_engine::isa::{Address, Bit, BlockId, ElementId, Mnemonic, NumberSet, Structure};
 use rungd_engine::{BitCell, ResumeBits, WordCell};
 
 /// Everything in a program that keeps a state from scan to scan.
@@ -37,11 +38,11 @@ pub struct Identity {
     /// Rungs, in file order.
     pub rungs: Vec<RungText>,
     /// Bits that instructions write.
-    pub written: BTreeSet<Bit>,
+    pub written: NumberSet<Bit>,
     /// Recurrent ENTASKs, in file order.
     pub intervals: Vec<Interval>,
     /// Every address that the program tags or names.
-    pub addresses: BTreeSet<Address>,
+    pub addresses: NumberSet<Address>,
     /// The address of every tag that has one.
     pub tags: BTreeMap<String, Address>,
     /// The constants of the ladder, each with its value as text.
@@ -106,7 +107,7 @@ pub struct RungText {
     pub name: Option<String>,
     pub whole: Arc<str>,
     /// The rung for people: `Main, rung count-bottles`.
-    pub said: String,
+    pub said: Arc<str>,
     /// Its first instruction with its first operand: `CNT CT0`.
     pub acts: String,
     /// The author's text, for people.
@@ -117,7 +118,7 @@ pub struct RungText {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RungPartText {
     /// The key; of a branch with its number: `branch 2 do`.
-    pub key: String,
+    pub key: Cow<'static, str>,
     /// The contacts or instructions, by their places in files.
     pub texts: Vec<Span>,
 }
@@ -217,6 +218,16 @@ impl Identity {
         }
     }
 
+    /// Every address that the program tags or names, in order.
+    pub fn addresses_in_order(&self) -> Vec<Address> {
+        in_order(&self.addresses)
+    }
+
+    /// The bits that instructions write, in order.
+    pub fn written_in_order(&self) -> Vec<Bit> {
+        in_order(&self.written)
+    }
+
     /// The same identity with converted texts of rungs and histories.
     pub fn with_texts(&self, text: &dyn Fn(&str) -> String) -> Identity {
         let mut other = self.clone();
@@ -241,10 +252,16 @@ impl Identity {
     }
 }
 
+fn in_order<T: Copy + Ord>(set: &NumberSet<T>) -> Vec<T> {
+    let mut all: Vec<T> = set.iter().copied().collect();
+    all.sort_unstable();
+    all
+}
+
 impl Default for LoweringSite {
     fn default() -> LoweringSite {
         let element = ElementId { block: BlockId(0), stage: None };
-        LoweringSite { element, rung: None, whole: "".into(), place: String::new() }
+        LoweringSite { element, rung: None, whole: "".into(), place: "".into() }
     }
 }
 
@@ -255,7 +272,7 @@ pub(super) struct LoweringSite {
     pub rung: Option<String>,
     pub whole: Arc<str>,
     /// The rung for people: `Main, rung 3`.
-    pub place: String,
+    pub place: Arc<str>,
 }
 
 #[cfg(test)]

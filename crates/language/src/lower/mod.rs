@@ -167,10 +167,16 @@ fn lower_element(assembler: &mut Assembler, rungs: &[Rung], element: ElementId) 
 }
 
 /// A rung for people: `Main, rung count-bottles`, `Drain.Open, rung 3`.
-fn place(assembler: &Assembler, element: ElementId, at: usize, rung: &Rung) -> String {
+fn place(assembler: &Assembler, element: ElementId, at: usize, rung: &Rung) -> Arc<str> {
     let element = assembler.identity.names.element(element);
-    format!("{element}, {}", rung.label(element, at))
+    let mut text = String::with_capacity(element.len() + RUNG_LABEL_MANY);
+    [element, ", "].into_iter().for_each(|part| text.push_str(part));
+    rung.write_label(element, at, &mut text);
+    text.into()
 }
+
+/// The usual length of a rung's label.
+const RUNG_LABEL_MANY: usize = 32;
 
 /// Lowers a rung: its contacts give the power, `do` executes with it, then each branch adds its own
 /// contacts.

@@ -4,6 +4,8 @@
 //! Made while a program is lowered. A reload compares the texts to find the unedited rungs. The
 //! text does not contain tags, comments or the written form of constants.
 
+use std::borrow::Cow;
+use std::fmt::{self, Write as _};
 use std::sync::Arc;
 
 use super::identity::{Identity, RungPartText};
@@ -14,158 +16,211 @@ use crate::resolve::program::{Contact, Edge, Instruction, Rung, Value};
 use crate::source::span::Span;
 pub use rungd_engine::isa::{Address, LegName};
 
+/// The usual length of a rung's text.
+const TEXT_BYTES_MANY: usize = 128;
+
 /// The text of a rung, without its name.
 pub(super) fn text(identity: &Identity, rung: &Rung) -> String {
-    let mut text = String::new();
+    let mut writer = RungWriter { identity, text: String::with_capacity(TEXT_BYTES_MANY) };
     for leg in &rung.legs {
-        text += &format!("{:?}:{} ", leg.name, contacts(identity, &leg.contacts, " "));
+        writer.add(format_args!("{:?}:", leg.name));
+        writer.contacts(&leg.contacts, " ");
+        writer.text.push(' ');
     }
-    text += &body(identity, &rung.body);
+    writer.body(&rung.body);
     for branch in &rung.branches {
-        let (when, body) =
-            (contacts(identity, &branch.contacts, " "), body(identity, &branch.body));
-        text += &format!(" branch:{when} {body}");
+        writer.text.push_str(" branch:");
+        writer.contacts(&branch.contacts, " ");
+        writer.text.push(' ');
+        writer.body(&branch.body);
     }
-    text
-}
-
-/// The places of a rung's text, part by part.
-pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPartText]> {
-    let part = |key: String, texts: &mut dyn Iterator<Item = Span>| RungPartText {
-        key,
-        texts: texts.map(|span| layers.in_file(span)).collect(),
-    };
-    let contacts =
-        |key: String, series: &[Contact]| part(key, &mut series.iter().map(Contact::span));
-    let body = |key: String, instructions: &[Instruction]| {
-        part(key, &mut instructions.iter().map(|one| one.span))
-    };
-    let mut parts = Vec::new();
-    for leg in &rung.legs {
-        let key = match leg.name {
-            LegName::When => "when".to_owned(),
-            keyed @ (LegName::Up
-            | LegName::Dn
-            | LegName::Rst
-            | LegName::En
-            | LegName::Data
-            | LegName::Clk) => format!("leg.{}", keyed.key()),
-        };
-        parts.push(contacts(key, &leg.contacts));
-    }
-    parts.push(body("do".to_owned(), &rung.body));
-    for (number, branch) in (1..).zip(&rung.branches) {
-        parts.push(contacts(format!("branch {number} when"), &branch.contacts));
-        parts.push(body(format!("branch {number} do"), &branch.body));
-    }
-    parts.into()
-}
-
-fn contacts(identity: &Identity, series: &[Contact], between: &str) -> String {
-    let said: Vec<_> = series.iter().map(|one| contact(identity, one)).collect();
-    format!("({})", said.join(between))
-}
-
-fn contact(identity: &Identity, condition: &Contact) -> String {
-    match condition {
-        Contact::Bit(bit, _) => identity.address(Address::Bit(*bit)),
-        Contact::Element(element, _) => identity.element(element),
-        Contact::Not(inner, _) => format!("!{}", grouped(identity, inner)),
-        Contact::All(all, _) => contacts(identity, all, " & "),
-        Contact::Any(any, _) => contacts(identity, any, " | "),
-        Contact::Edge(edge, inner, _) => edge_contact(identity, *edge, inner),
-        Contact::Compare(a, how, b, _) => {
-            format!("{} {} {}", value(identity, *a), how.sign(), value(identity, *b))
-        }
-        Contact::Computed(computed, _) => {
-            format!("({})", formula(identity, &computed.condition()).trim_start())
-        }
-    }
-}
-
-/// The text of a contact behind `!`.
-fn grouped(identity: &Identity, inner: &Contact) -> String {
-    let text = contact(identity, inner);
-    if let Contact::Compare(..) = inner { format!("({text})") } else { text }
-}
-
-/// The text of an edge contact, by which a reload finds its history.
-pub(super) fn edge_contact(identity: &Identity, edge: Edge, watched: &Contact) -> String {
-    let inner = contact(identity, watched);
-    match watched {
-        Contact::All(..) | Contact::Any(..) => format!("{}{inner}", edge.name()),
-        Contact::Bit(..)
-        | Contact::Element(..)
-        | Contact::Not(..)
-        | Contact::Edge(..)
-        | Contact::Compare(..)
-        | Contact::Computed(..) => format!("{}({inner})", edge.name()),
-    }
-}
-
-fn body(identity: &Identity, instructions: &[Instruction]) -> String {
-    let one = |instruction: &Instruction| {
-        let operands = instruction
-            .operands
-            .each()
-            .map(|(name, value)| format!(" {name}={}", operand(identity, value)));
-        let formula = instruction.calculation.iter().flat_map(|calculation| {
-            let index = calculation.index.iter().map(|index| formula(identity, index) + " =");
-            index.chain([formula(identity, &calculation.value)])
-        });
-        let formula: String = formula.collect();
-        let name = instruction.mnemonic.spec().name;
-        format!("{name}{}{formula}", operands.collect::<String>())
-    };
-    instructions.iter().map(one).collect::<Vec<_>>().join(", ")
+    writer.text
 }
 
 /// The first instruction of a rung with its first operand: `CNT CT0`.
 pub(super) fn acts(identity: &Identity, rung: &Rung) -> String {
     let Some((_, instruction)) = rung.instructions().next() else { return String::new() };
-    let first = instruction
-        .operands
-        .each()
-        .next()
-        .map(|(_, value)| operand(identity, value))
-        .unwrap_or_default();
-    format!("{} {first}", instruction.mnemonic.spec().name)
+    let mut writer = RungWriter { identity, text: String::new() };
+    writer.text.push_str(instruction.mnemonic.spec().name);
+    writer.text.push(' ');
+    instruction.operands.each().take(1).for_each(|(_, value)| writer.operand(value));
+    writer.text
 }
 
-fn operand(identity: &Identity, operand_value: OperandValue) -> String {
-    match operand_value {
-        OperandValue::Bit(bit) => identity.address(Address::Bit(bit)),
-        OperandValue::Word(word) => identity.address(Address::Word(word)),
-        OperandValue::Value(number) => value(identity, number),
-        OperandValue::Structure(structure) => identity.address(Address::Structure(structure)),
-        OperandValue::Block(block) => identity.names.block(block).name.clone(),
-        OperandValue::Stage(stage) => identity.names.stage(stage).to_owned(),
-        OperandValue::Element(element) => identity.element(&element),
-        OperandValue::Array(array) => identity.array(array),
-        OperandValue::Run(run) => identity.run(run),
-    }
+/// The text of an edge contact, by which a reload finds its history.
+pub(super) fn edge_contact(identity: &Identity, edge: Edge, watched: &Contact) -> String {
+    let mut writer = RungWriter { identity, text: String::new() };
+    writer.edge_contact(edge, watched);
+    writer.text
 }
 
-/// A formula in postfix order, so that it needs no parentheses.
-fn formula(identity: &Identity, expression: &Formula) -> String {
-    let part = |part: &FormulaPart| match part {
-        FormulaPart::Integer(n) => format!(" {}", n.number),
-        FormulaPart::Real(real) => format!(" {real:?}"),
-        FormulaPart::Word(word) => format!(" {}", identity.address(Address::Word(*word))),
-        FormulaPart::Bit(bit) => format!(" {}", identity.address(Address::Bit(*bit))),
-        FormulaPart::Element(array) => format!(" {}[]", identity.array(*array)),
-        FormulaPart::Unary(operator, _) => format!(" {operator:?}"),
-        FormulaPart::Binary(operator, _) => format!(" {operator:?}"),
-        FormulaPart::Call(function, count, _) => format!(" {}/{count}", function.spec().name),
+/// The places of a rung's text, part by part.
+pub(super) fn parts(layers: &Layers, rung: &Rung) -> Arc<[RungPartText]> {
+    let part = |key: Cow<'static, str>, texts: &mut dyn Iterator<Item = Span>| RungPartText {
+        key,
+        texts: texts.map(|span| layers.in_file(span)).collect(),
     };
-    expression.parts.iter().map(part).collect()
+    let contacts = |key: Cow<'static, str>, series: &[Contact]| {
+        part(key, &mut series.iter().map(Contact::span))
+    };
+    let body = |key: Cow<'static, str>, instructions: &[Instruction]| {
+        part(key, &mut instructions.iter().map(|one| one.span))
+    };
+    let mut parts = Vec::new();
+    for leg in &rung.legs {
+        let key = match leg.name {
+            LegName::When => Cow::Borrowed("when"),
+            keyed @ (LegName::Up
+            | LegName::Dn
+            | LegName::Rst
+            | LegName::En
+            | LegName::Data
+            | LegName::Clk) => Cow::Owned(format!("leg.{}", keyed.key())),
+        };
+        parts.push(contacts(key, &leg.contacts));
+    }
+    parts.push(body(Cow::Borrowed("do"), &rung.body));
+    for (number, branch) in (1..).zip(&rung.branches) {
+        parts.push(contacts(format!("branch {number} when").into(), &branch.contacts));
+        parts.push(body(format!("branch {number} do").into(), &branch.body));
+    }
+    parts.into()
 }
 
-fn value(identity: &Identity, number: Value) -> String {
-    match number {
-        Value::Const(value, _) => value.to_string(),
-        Value::Real(real) => real.to_string(),
-        Value::Word(word) => identity.address(Address::Word(word)),
-        Value::Element(element) => identity.element(&element),
+/// Writes parts of a rung, one behind the other, into one text.
+struct RungWriter<'i> {
+    identity: &'i Identity,
+    text: String,
+}
+
+impl RungWriter<'_> {
+    fn add(&mut self, part: fmt::Arguments<'_>) {
+        // A text never refuses what is written.
+        let _ = self.text.write_fmt(part);
+    }
+
+    fn address(&mut self, address: Address) {
+        self.identity.names.write_address(address, &mut self.text);
+    }
+
+    fn contacts(&mut self, series: &[Contact], between: &str) {
+        self.text.push('(');
+        for (at, one) in series.iter().enumerate() {
+            self.text.push_str(if at > 0 { between } else { "" });
+            self.contact(one);
+        }
+        self.text.push(')');
+    }
+
+    fn contact(&mut self, condition: &Contact) {
+        match condition {
+            Contact::Bit(bit, _) => self.address(Address::Bit(*bit)),
+            Contact::Element(element, _) => self.text += &self.identity.element(element),
+            Contact::Not(inner, _) => self.negated(inner),
+            Contact::All(all, _) => self.contacts(all, " & "),
+            Contact::Any(any, _) => self.contacts(any, " | "),
+            Contact::Edge(edge, inner, _) => self.edge_contact(*edge, inner),
+            Contact::Compare(a, how, b, _) => {
+                self.value(*a);
+                self.add(format_args!(" {} ", how.sign()));
+                self.value(*b);
+            }
+            Contact::Computed(computed, _) => {
+                self.text.push('(');
+                let begin = self.text.len();
+                self.formula(&computed.condition());
+                if self.text[begin..].starts_with(' ') {
+                    self.text.remove(begin);
+                }
+                self.text.push(')');
+            }
+        }
+    }
+
+    fn negated(&mut self, inner: &Contact) {
+        let [open, close] = if let Contact::Compare(..) = inner { ["!(", ")"] } else { ["!", ""] };
+        self.text.push_str(open);
+        self.contact(inner);
+        self.text.push_str(close);
+    }
+
+    fn edge_contact(&mut self, edge: Edge, watched: &Contact) {
+        self.text.push_str(edge.name());
+        match watched {
+            Contact::All(..) | Contact::Any(..) => self.contact(watched),
+            Contact::Bit(..)
+            | Contact::Element(..)
+            | Contact::Not(..)
+            | Contact::Edge(..)
+            | Contact::Compare(..)
+            | Contact::Computed(..) => {
+                self.text.push('(');
+                self.contact(watched);
+                self.text.push(')');
+            }
+        }
+    }
+
+    fn body(&mut self, instructions: &[Instruction]) {
+        for (at, instruction) in instructions.iter().enumerate() {
+            self.text.push_str(if at > 0 { ", " } else { "" });
+            self.text.push_str(instruction.mnemonic.spec().name);
+            for (name, value) in instruction.operands.each() {
+                [" ", name, "="].into_iter().for_each(|part| self.text.push_str(part));
+                self.operand(value);
+            }
+            if let Some(calculation) = &instruction.calculation {
+                if let Some(index) = &calculation.index {
+                    self.formula(index);
+                    self.text.push_str(" =");
+                }
+                self.formula(&calculation.value);
+            }
+        }
+    }
+
+    fn operand(&mut self, operand: OperandValue) {
+        match operand {
+            OperandValue::Bit(bit) => self.address(Address::Bit(bit)),
+            OperandValue::Word(word) => self.address(Address::Word(word)),
+            OperandValue::Value(number) => self.value(number),
+            OperandValue::Structure(structure) => self.address(Address::Structure(structure)),
+            OperandValue::Block(block) => self.text += &self.identity.names.block(block).name,
+            OperandValue::Stage(stage) => self.text += self.identity.names.stage(stage),
+            OperandValue::Element(element) => self.text += &self.identity.element(&element),
+            OperandValue::Array(array) => self.text += &self.identity.array(array),
+            OperandValue::Run(run) => self.text += &self.identity.run(run),
+        }
+    }
+
+    /// A formula in postfix order, so that it needs no parentheses.
+    fn formula(&mut self, expression: &Formula) {
+        for part in &expression.parts {
+            self.text.push(' ');
+            match part {
+                FormulaPart::Integer(n) => self.add(format_args!("{}", n.number)),
+                FormulaPart::Real(real) => self.add(format_args!("{real:?}")),
+                FormulaPart::Word(word) => self.address(Address::Word(*word)),
+                FormulaPart::Bit(bit) => self.address(Address::Bit(*bit)),
+                FormulaPart::Element(array) => {
+                    self.text += &self.identity.array(*array);
+                    self.text.push_str("[]");
+                }
+                FormulaPart::Unary(operator, _) => self.add(format_args!("{operator:?}")),
+                FormulaPart::Binary(operator, _) => self.add(format_args!("{operator:?}")),
+                FormulaPart::Call(function, count, _) => {
+                    self.add(format_args!("{}/{count}", function.spec().name));
+                }
+            }
+        }
+    }
+
+    fn value(&mut self, number: Value) {
+        match number {
+            Value::Const(value, _) => self.add(format_args!("{value}")),
+            Value::Real(real) => self.add(format_args!("{real}")),
+            Value::Word(word) => self.address(Address::Word(word)),
+            Value::Element(element) => self.text += &self.identity.element(&element),
+        }
     }
 }

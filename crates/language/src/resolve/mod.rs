@@ -106,7 +106,8 @@ pub fn resolve_ladders(
 ) -> (Option<Program>, Vec<Finding>) {
     let mut findings = Vec::new();
     let mut ladders = Vec::new();
-    let mut room = LoadRoom::of(options.progress.clone());
+    let bytes = files.iter().map(|file| file.text.len()).sum();
+    let mut room = LoadRoom::of(options.progress.clone()).for_bytes(bytes);
     for (at, file) in files.iter().enumerate() {
         let id = FileId(options.first_file.0 + at as u32);
         options.progress.begin(LoadStep::Parsing(file.name.clone()));

@@ -187,17 +187,23 @@ impl NameBook {
     /// The name of an address without its tag: of a Stage, a block, a device, or the address
     /// itself. The elements of a tag with a `type` have only the tag's name.
     pub fn address(&self, address: Address) -> String {
-        match address {
-            Address::Bit(Bit::Stage(id)) => self.stage(id).to_owned(),
-            Address::Bit(Bit::Running(id)) => format!("{}.Running", self.block(id).name),
-            Address::Bit(Bit::Done(id)) => format!("{}.Done", self.block(id).name),
-            Address::Bit(Bit::Device(id, health)) => {
-                format!("{}.{}", self.device(id), health.name())
-            }
+        let mut text = String::new();
+        self.write_address(address, &mut text);
+        text
+    }
+
+    /// Adds the name of an address without its tag to a text.
+    pub fn write_address(&self, address: Address, text: &mut String) {
+        let (name, member) = match address {
+            Address::Bit(Bit::Stage(id)) => return text.push_str(self.stage(id)),
+            Address::Bit(Bit::Running(id)) => (&*self.block(id).name, "Running"),
+            Address::Bit(Bit::Done(id)) => (&*self.block(id).name, "Done"),
+            Address::Bit(Bit::Device(id, health)) => (self.device(id), health.name()),
             Address::Bit(Bit::Space(..) | Bit::Flag(..) | Bit::InWord(_))
             | Address::Word(_)
-            | Address::Structure(_) => self.places.say(address),
-        }
+            | Address::Structure(_) => return self.places.write(address, text),
+        };
+        [name, ".", member].into_iter().for_each(|part| text.push_str(part));
     }
 
     /// As [`NameBook::address`], with the nickname of a status bit or word.

@@ -6,6 +6,7 @@
 //! address.
 
 use std::collections::BTreeMap;
+use std::fmt::Write as _;
 use std::sync::Arc;
 
 use rungd_engine::isa::{Address, Bit, Space};
@@ -104,8 +105,11 @@ impl Places {
     /// The place that contains an address, and the index of the address in it; for a member, those
     /// of its structure.
     pub fn at(&self, address: Address) -> Option<(&TagPlace, u32)> {
-        let (space, number) = Space::with_members(address)?;
         let places = &self.0.places;
+        if places.is_empty() {
+            return None;
+        }
+        let (space, number) = Space::with_members(address)?;
         let end = places.partition_point(|place| (place.space, place.first) <= (space, number));
         let place = places.get(end.checked_sub(1)?)?;
         let index = number.checked_sub(place.first)?;
@@ -132,6 +136,16 @@ impl Places {
             Some(member) => format!("{name}.{member}"),
             None => name,
         })
+    }
+
+    /// Adds the text of an address for people to a text.
+    pub fn write(&self, address: Address, text: &mut String) {
+        match self.name(address) {
+            Some(name) => text.push_str(&name),
+            None => {
+                let _ = write!(text, "{address}");
+            }
+        }
     }
 
     /// The text of an address for people: the name, if the address belongs to a tag with a `type`.

@@ -14,6 +14,8 @@ use super::name_book::NameBook;
 use super::record::RecordTag;
 use super::scope::Scope;
 pub use super::tag::{OfArray, Tag, TagMeaning};
+use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::sync::{Arc, OnceLock};
 
 pub use crate::source::atom::ConstantForm;
@@ -21,7 +23,7 @@ pub use crate::source::contact::{Comparison, Edge};
 use crate::source::lost::LostTexts;
 use crate::source::span::{FileId, Span};
 pub use rungd_engine::isa::{
-    Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId,
+    Address, Bit, BlockId, LegName, MemorySizes, NumberSet, Real, StageId, Structure,
 };
 
 /// A whole program, of one or several ladder files.
@@ -229,10 +231,39 @@ impl ComputedContact {
 /// A bit or word, with the name that the ladder first uses for it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamedOperand {
-    /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
-    pub name: String,
+    /// The name as written; of a member that an instruction names with its structure, the
+    /// structure's name.
+    base: Arc<str>,
+    /// Such a member.
+    member: Option<&'static str>,
     /// The bit or word; never a whole structure.
     pub address: Address,
+}
+
+impl NamedOperand {
+    /// A bit or word with its name as written.
+    pub(crate) fn new(name: &str, address: Address) -> NamedOperand {
+        NamedOperand { base: name.into(), member: None, address }
+    }
+
+    /// The members of a structure with its name as written.
+    pub(crate) fn members(name: &str, structure: Structure) -> impl Iterator<Item = NamedOperand> {
+        let base: Arc<str> = name.into();
+        let members = structure.members().iter().zip(structure.member_addresses());
+        members.map(move |(member, address)| NamedOperand {
+            base: Arc::clone(&base),
+            member: Some(member),
+            address,
+        })
+    }
+
+    /// The name as written (`part_seen`, `X0`, `bottles.Done`, `Drain.Open`).
+    pub fn name(&self) -> Cow<'_, str> {
+        match self.member {
+            Some(member) => Cow::Owned(format!("{}.{member}", self.base)),
+            None => Cow::Borrowed(&self.base),
+        }
+    }
 }
 
 /// An array, slice or range that the ladder names.
@@ -294,7 +325,7 @@ impl Program {
                 |(at, address)| {
                     let tag = named_array.tag.and_then(|first| self.tags.get(first + at));
                     let name = tag.map_or_else(|| address.to_string(), |tag| tag.name.clone());
-                    NamedOperand { name, address }
+                    NamedOperand::new(&name, address)
                 },
             ));
         }
@@ -325,12 +356,21 @@ impl Rung {
     /// The rung for people, in a block or Stage: `rung count-bottles`, `rung 3`, and of a use among
     /// the rungs of a ladder `rung 3 (p1)`. `at`: its index in the block or Stage.
     pub fn label(&self, element: &str, at: usize) -> String {
+        let mut text = String::new();
+        self.write_label(element, at, &mut text);
+        text
+    }
+
+    /// Adds the rung's label to a text.
+    pub(crate) fn write_label(&self, element: &str, at: usize, text: &mut String) {
         let number = at + 1;
-        match (&self.name, &self.of_use) {
-            (Some(name), _) => format!("rung {name}"),
-            (None, Some(of_use)) if !is_in(element, of_use) => format!("rung {number} ({of_use})"),
-            (None, _) => format!("rung {number}"),
-        }
+        let _ = match (&self.name, &self.of_use) {
+            (Some(name), _) => write!(text, "rung {name}"),
+            (None, Some(of_use)) if !is_in(element, of_use) => {
+                write!(text, "rung {number} ({of_use})")
+            }
+            (None, _) => write!(text, "rung {number}"),
+        };
     }
 
     /// Its instructions in file order, each with its branch.

@@ -1,6 +1,7 @@
 //! The state of one load, and what every part of it needs: names are looked up, their uses
 //! recorded, their mistakes reported.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
@@ -287,20 +288,15 @@ impl<'a> Resolver<'a> {
     pub(super) fn note(&mut self, name: &str, span: Span, address: Address) {
         match address {
             Address::Structure(structure) => {
-                // `N,0` would be two columns of a list, so it is recorded as `N0`.
-                let name = if name.contains(',') { structure.to_string() } else { name.to_owned() };
-                for (member, address) in
-                    structure.members().iter().zip(structure.member_addresses())
-                {
-                    let name = format!("{name}.{member}");
-                    self.named.push((span, NamedOperand { name, address }));
-                }
+                let name = without_comma(name, address);
+                let members = NamedOperand::members(&name, structure);
+                self.named.extend(members.map(|member| (span, member)));
             }
             Address::Bit(_) | Address::Word(_) => {
-                // `N,0,6` would be three columns.
-                let name = if name.contains(',') { address.to_string() } else { name.to_owned() };
-                let name = self.scope.element_name(&name, address).unwrap_or(name);
-                self.named.push((span, NamedOperand { name, address }));
+                let name = without_comma(name, address);
+                let element = self.scope.element_name(&name, address);
+                let name = element.as_deref().unwrap_or(&name);
+                self.named.push((span, NamedOperand::new(name, address)));
             }
         }
     }
@@ -384,4 +380,12 @@ pub(super) fn of_array(name: &str, array: Array) -> Help {
         "name one element, `{{}}` to `{name}[{last}]`, or `{name}[step]` with a word as the index"
     );
     advise(&words, [possible(format!("{name}[0]"))])
+}
+
+/// A name as written; of a Sensaphone counter `N0` for `N,0`, which would be two columns of a list.
+fn without_comma(name: &str, address: Address) -> Cow<'_, str> {
+    match name.contains(',') {
+        true => Cow::Owned(address.to_string()),
+        false => Cow::Borrowed(name),
+    }
 }

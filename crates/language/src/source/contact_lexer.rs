@@ -94,6 +94,9 @@ fn sign(rest: &str) -> Option<(Token, usize)> {
         ("(", Token::Open),
         (")", Token::Close),
     ];
+    if rest.starts_with(|first: char| first.is_ascii_alphanumeric()) {
+        return None;
+    }
     let is_foreign = foreign_signs::at_start(rest).is_some();
     let found = SIGNS.iter().find(|(sign, _)| rest.starts_with(sign)).filter(|_| !is_foreign);
     found.map(|(sign, token)| (token.clone(), sign.len()))

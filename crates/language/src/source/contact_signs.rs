@@ -26,6 +26,9 @@ const SIGNS: [Binary; 9] = [
 /// The sign of an expression at a place of a text, with its length; `None` if none begins there.
 pub(super) fn sign(text: &str, at: usize, span: Span) -> Option<Result<(Binary, usize), Finding>> {
     let (before, rest) = (&text[..at], &text[at..]);
+    if rest.starts_with(|first: char| first.is_ascii_alphanumeric()) {
+        return None;
+    }
     if foreign_signs::at_start(rest).is_some() {
         return None;
     }

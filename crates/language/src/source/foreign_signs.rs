@@ -48,6 +48,9 @@ const WORDS: [ForeignSign; 6] = [
 
 /// The sign of another notation at the beginning of a text.
 pub(super) fn at_start(rest: &str) -> Option<ForeignSign> {
+    if rest.starts_with(|first: char| first.is_ascii_alphanumeric()) {
+        return None;
+    }
     SIGNS.into_iter().find(|sign| rest.starts_with(sign.wrong))
 }
 

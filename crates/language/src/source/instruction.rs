@@ -172,12 +172,14 @@ fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Fi
         };
         return Err(Box::new(error(message).help(help)));
     }
-    if word.rfind('[').is_some_and(|open| word[..open].contains(']')) {
+    let has_brackets = word.bytes().any(|byte| matches!(byte, b'[' | b']'));
+    if has_brackets && word.rfind('[').is_some_and(|open| word[..open].contains(']')) {
         let finding = error("an element has one index".to_owned());
         let help = advise("count from element 0 of the whole array: `{}`", [possible("recipe[3]")]);
         return Err(Box::new(finding.help(help)));
     }
-    if word.matches('[').count() != word.matches(']').count() || word.starts_with('[') {
+    let is_whole = || word.matches('[').count() == word.matches(']').count();
+    if has_brackets && (!is_whole() || word.starts_with('[')) {
         let finding = error("an index is one word with its name".to_owned());
         return Err(Box::new(finding.help("write it without spaces: `recipe[3]`, `recipe[step]`")));
     }

@@ -16,8 +16,11 @@ pub(super) fn other_form(text: &str, words: &[(usize, &str)], span: Span) -> Opt
 
 /// The finding for several instructions in one text: `OUT a, OUT b`, `SET a; RST b`, `SET a RST b`.
 pub(super) fn several(text: &str, words: &[(usize, &str)], span: Span) -> Option<Finding> {
-    let parted: Vec<&str> = text.split([',', ';']).map(str::trim).collect();
-    let parted: Vec<&str> = parted.into_iter().filter(|part| !part.is_empty()).collect();
+    let parted = || text.split([',', ';']).map(str::trim).filter(|part| !part.is_empty());
+    let parted: Vec<&str> = match text.contains([',', ';']) {
+        true => parted().collect(),
+        false => Vec::new(),
+    };
     let each = match parted.len() > 1 && parted.iter().all(|part| is_instruction(part)) {
         true => parted,
         false => side_by_side(text, words)?,
@@ -47,12 +50,13 @@ fn side_by_side<'t>(text: &'t str, words: &[(usize, &str)]) -> Option<Vec<&'t st
     if *first == "MATH" || spec.operands.iter().any(|row| row.kind == OperandKind::Stages) {
         return None;
     }
-    let starts = words.iter().filter(|(_, word)| is_mnemonic(word)).map(|(at, _)| *at);
-    let starts: Vec<usize> = starts.collect();
+    let starts = || words.iter().filter(|(_, word)| is_mnemonic(word)).map(|(at, _)| *at);
+    starts().nth(1)?;
+    let starts: Vec<usize> = starts().collect();
     let ends = starts.iter().skip(1).copied().chain([text.len()]);
     let parts: Vec<&str> =
         starts.iter().zip(ends).map(|(start, end)| text[*start..end].trim()).collect();
-    (parts.len() > 1 && parts.iter().all(|part| is_instruction(part))).then_some(parts)
+    parts.iter().all(|part| is_instruction(part)).then_some(parts)
 }
 
 /// The finding for an assignment: `D0 = 5`, `LET D0=5`, `OUT Y0 = 1`.
@@ -105,7 +109,12 @@ fn has_key(mnemonic: Mnemonic, word: &str) -> bool {
 /// The finding for keys that are words of their own: `MOVE 3 to D0`.
 fn keys_alone(words: &[(usize, &str)], span: Span) -> Option<Finding> {
     let (_, name) = words.first()?;
-    let mnemonic = Mnemonic::from_name(&name.to_ascii_uppercase())?;
+    let capitals = || Mnemonic::from_name(&name.to_ascii_uppercase());
+    let mnemonic = Mnemonic::from_name(name).or_else(capitals)?;
+    let is_key = |word: &str| has_key(mnemonic, word.trim_end_matches(':'));
+    if !words.iter().any(|(_, word)| is_key(word)) {
+        return None;
+    }
     let is_given = |key: &str| {
         words.iter().any(|(_, word)| word.strip_prefix(key).is_some_and(|v| v.starts_with('=')))
     };

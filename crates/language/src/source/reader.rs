@@ -32,7 +32,7 @@ pub fn document<T>(
     file: FileId,
     read: impl FnOnce(Table<'_>) -> T,
 ) -> (Option<T>, Vec<Finding>) {
-    document_within(&mut LoadRoom::default(), source, file, read)
+    document_within(&mut LoadRoom::default().for_bytes(source.len()), source, file, read)
 }
 
 /// As [`document`], with the `LoadRoom` and the progress of a load, which several files may share.

@@ -3,7 +3,8 @@
 //! A parsed file takes many times the memory of its text: without a limit, 256 MiB of `[` would be
 //! refused only after minutes and gigabytes. `LoadRoom::take` counts marks, values, spaces and line
 //! ends in one pass that stops at the limit, and adds up the lengths of all strings (the contacts
-//! and instructions of a ladder). `reader` calls it for every file. Comments do not count.
+//! and instructions of a ladder). `reader` calls it for every file. Comments do not count. Files
+//! that are together shorter than the limit are not counted.
 
 use toml_parser::Source;
 use toml_parser::lexer::TokenKind;
@@ -23,6 +24,8 @@ pub const STRING_BYTES_MAX: usize = 32 << 20;
 pub struct LoadRoom {
     tokens: usize,
     string_bytes: usize,
+    /// Whether the files of the load are too short to reach a limit: then nothing is counted.
+    is_ample: bool,
     /// The progress of the load.
     pub(super) progress: Progress,
 }
@@ -36,7 +39,13 @@ impl Default for LoadRoom {
 impl LoadRoom {
     /// The whole room, for a load with this progress.
     pub fn of(progress: Progress) -> LoadRoom {
-        LoadRoom { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, progress }
+        LoadRoom { tokens: TOKENS_MAX, string_bytes: STRING_BYTES_MAX, is_ample: false, progress }
+    }
+
+    /// The room for files of this length together, in bytes. A token has a byte, but for the end of
+    /// each file.
+    pub fn for_bytes(self, bytes: usize) -> LoadRoom {
+        LoadRoom { is_ample: bytes <= TOKENS_MAX / 2, ..self }
     }
 
     /// Subtracts the room that a file needs.
@@ -44,6 +53,9 @@ impl LoadRoom {
     /// # Errors
     /// A finding if too little room is left; its place is where the room ends.
     pub(super) fn take(&mut self, source: &str, file: FileId) -> Result<(), Box<Finding>> {
+        if self.is_ample {
+            return Ok(());
+        }
         let over = self.progress.clone();
         for token in Source::new(source).lex().take_while(|_| !over.is_over()) {
             let (start, end) = (token.span().start(), token.span().end());
@@ -103,6 +115,14 @@ mod tests {
         let finding = refused(short, "a='123'\nb='1'");
         assert_eq!(finding.span.start, 10);
         assert!(finding.message.contains("32 MiB of texts"), "{}", finding.message);
+    }
+
+    #[test]
+    fn files_of_few_bytes_cannot_reach_a_limit_and_are_not_counted() {
+        let mut room = LoadRoom::default().for_bytes(TOKENS_MAX / 2);
+        assert!(room.take("a=1\n", FileId(0)).is_ok());
+        assert_eq!(room.tokens, TOKENS_MAX);
+        assert!(!LoadRoom::default().for_bytes(TOKENS_MAX / 2 + 1).is_ample);
     }
 
     #[test]

@@ -75,15 +75,19 @@ pub fn place_in(name: &str) -> Option<&str> {
 
 /// The names `was(x)` in a contact, in order of their places, each with its place.
 pub fn names(contact: &WrittenContact) -> Vec<Located<String>> {
-    let mut found = all_names(contact);
-    found.retain(|name| place_in(&name.value).is_some());
+    let mut found = Vec::new();
+    visit(contact, &mut |name, span| {
+        if place_in(name).is_some() {
+            found.push(Located { value: name.to_owned(), span });
+        }
+    });
     found
 }
 
 /// All names in a contact, in order of their places, each with its place.
 pub fn all_names(contact: &WrittenContact) -> Vec<Located<String>> {
     let mut found = Vec::new();
-    collect(contact, &mut found);
+    visit(contact, &mut |name, span| found.push(Located { value: name.to_owned(), span }));
     found
 }
 
@@ -96,11 +100,10 @@ pub fn add_names(contact: &WrittenContact, to: &mut Vec<String>) {
     }
 }
 
-fn collect(contact: &WrittenContact, found: &mut Vec<Located<String>>) {
-    let mut add = |name: &str, span: Span| found.push(Located { value: name.to_owned(), span });
+fn visit(contact: &WrittenContact, add: &mut dyn FnMut(&str, Span)) {
     match contact {
         WrittenContact::Bit(name) => add(&name.value, name.span),
-        WrittenContact::Indexed(computed) => of_expression(&computed.expression, &mut add),
+        WrittenContact::Indexed(computed) => of_expression(&computed.expression, add),
         WrittenContact::Compare(left, _, right, _) => {
             for side in [left, right] {
                 match side {
@@ -108,19 +111,19 @@ fn collect(contact: &WrittenContact, found: &mut Vec<Located<String>>) {
                         atom.name().into_iter().for_each(|name| add(name, atom.span));
                     }
                     CompareSide::Computed(computed) => {
-                        of_expression(&computed.expression, &mut add);
+                        of_expression(&computed.expression, add);
                     }
                 }
             }
         }
-        WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => collect(inner, found),
+        WrittenContact::Not(inner, _) | WrittenContact::Edge(_, inner, _) => visit(inner, add),
         WrittenContact::All(parts, _) | WrittenContact::Any(parts, _) => {
-            parts.iter().for_each(|part| collect(part, found));
+            parts.iter().for_each(|part| visit(part, add));
         }
     }
 }
 
-fn of_expression(expression: &Expression, add: &mut impl FnMut(&str, Span)) {
+fn of_expression(expression: &Expression, add: &mut dyn FnMut(&str, Span)) {
     for part in &expression.parts {
         if let ExpressionPartKind::Name(name) = &part.kind {
             add(name, part.span);

@@ -16,7 +16,7 @@ fn the_example_of_the_language_page_resolves() {
     assert_eq!(program.name, "bottling");
     let blocks: Vec<&str> = program.blocks.iter().map(|b| b.name.as_str()).collect();
     assert_eq!(blocks, ["Main", "Drain", "Housekeeping"]);
-    let operands: Vec<&str> = program.operands.iter().map(|o| o.name.as_str()).collect();
+    let operands: Vec<_> = program.operands.iter().map(|operand| operand.name()).collect();
     assert_eq!(
         operands,
         [

@@ -359,7 +359,7 @@ pub(super) fn unwritten(plan: &mut ReloadPlan, names: &ElementPairs<'_>, old: Lo
             Some(*bit)
         })
         .collect();
-    for bit in names.old.written.iter().copied() {
+    for bit in names.old.written_in_order() {
         // A bit outside memory is removed with its block or Stage, and a bit of a `type` tag with
         // its tag.
         let (Bit::Space(..), Some(Address::Bit(now))) = (bit, names.moves.after(Address::Bit(bit)))

@@ -48,7 +48,7 @@ impl RungDifference {
 
 fn edited(old: &RungText, new: &RungText, texts: FileTexts<'_>) -> String {
     let said = match old.said == new.said {
-        true => new.said.clone(),
+        true => new.said.to_string(),
         false => format!("{} is {} now", old.said, new.said),
     };
     let text_of = |rung: &RungText, key: &str, files: &[&str]| {
@@ -57,7 +57,7 @@ fn edited(old: &RungText, new: &RungText, texts: FileTexts<'_>) -> String {
     let is_old = |key: &str| old.parts.iter().any(|part| part.key == key);
     let added = new.parts.iter().filter(|part| !is_old(&part.key));
     let mut changes = Vec::new();
-    for key in old.parts.iter().chain(added).map(|part| part.key.as_str()) {
+    for key in old.parts.iter().chain(added).map(|part| &*part.key) {
         let (was, is) = (text_of(old, key, texts.old), text_of(new, key, texts.new));
         if was != is {
             let or_none = |text: Option<String>| text.unwrap_or_else(|| "none".to_owned());

@@ -171,7 +171,7 @@ pub(super) fn report_limits(
 ) {
     let values = NewValues::of(plan);
     let mut told = BTreeSet::new();
-    for address in &names.new.addresses {
+    for address in &names.new.addresses_in_order() {
         let Address::Word(word) = *address else { continue };
         let (min, max) = new.symbols.limits(word);
         let Some(Address::Word(was)) = names.moves.before(*address) else { continue };
@@ -221,7 +221,7 @@ pub(super) fn report_initial(
             (Some(_), _) => side.symbols.names.say_value(address, content),
         }
     };
-    for address in &names.new.addresses {
+    for address in &names.new.addresses_in_order() {
         let Some(before) = names.moves.before(*address) else { continue };
         if !names.old.addresses.contains(&before) {
             continue;

@@ -76,7 +76,7 @@ pub(in crate::controller) fn unmapped_outputs(
     let place = controller.devices.first().map_or_else(Span::default, |device| device.span);
     let simulated = |device: &Device| matches!(device.driver, DriverSettings::Simulated(_));
     let is_all_simulated = controller.devices.iter().all(simulated);
-    let finding = |name: &String| {
+    let finding = |name: &str| {
         let row = format!("{{ from = \"{name}\", to = \"lamp.in\" }}");
         let help = if is_all_simulated {
             format!(
@@ -92,7 +92,7 @@ pub(in crate::controller) fn unmapped_outputs(
             .help(help)
             .fix(FixEdit::Row(row))
     };
-    lost.map(|operand| finding(&operand.name)).collect()
+    lost.map(|operand| finding(&operand.name())).collect()
 }
 
 /// The words about a second use of an address.

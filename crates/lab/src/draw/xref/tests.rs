@@ -51,8 +51,8 @@ fn compare(subject: &Subject, name: &str) -> usize {
     let mut compared = 0;
     for named in subject.program().named(usize::MAX) {
         // Operations read `$On` and `$Off` in place of a missing leg.
-        let Ok(cell) = subject.cell(&named.name) else { continue };
-        if matches!(named.name.as_str(), "$On" | "$Off") {
+        let Ok(cell) = subject.cell(&named.name()) else { continue };
+        if matches!(&*named.name(), "$On" | "$Off") {
             continue;
         }
         let listed: BTreeSet<u32> = uses.reading_parts(cell).into_iter().collect();
@@ -67,7 +67,7 @@ fn compare(subject: &Subject, name: &str) -> usize {
             }
         }
         let missing: Vec<&u32> = by_engine.difference(&listed).collect();
-        assert!(missing.is_empty(), "{name}: {}: parts {missing:?} read it, too", named.name);
+        assert!(missing.is_empty(), "{name}: {}: parts {missing:?} read it, too", named.name());
         compared += by_engine.len();
     }
     compared
