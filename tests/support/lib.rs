@@ -29,6 +29,7 @@ pub mod plc;
 pub mod run;
 pub mod running;
 pub mod setting;
+pub mod shares;
 pub mod shown;
 pub mod system;
 pub mod table;
