@@ -283,6 +283,8 @@ pub struct Outcome {
     pub renamed: Vec<Renamed>,
     /// Tags that nothing in the program writes: inputs.
     pub unwritten: Vec<UnwrittenTag>,
+    /// Tags of modules that the program writes: outputs.
+    pub outputs: Vec<UnwrittenTag>,
 }
 
 /// A name that changed.
@@ -294,14 +296,14 @@ pub struct Renamed {
     pub to: String,
 }
 
-/// A tag that the program reads and does not write.
+/// A tag that a field device brings or takes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnwrittenTag {
     /// Its name here.
     pub name: String,
     /// In the original.
     pub was: String,
-    /// Which device map would bring it.
+    /// Which device map would bring or take it.
     pub source: String,
 }
 

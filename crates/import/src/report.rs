@@ -6,7 +6,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::model::{Fate, ForeignProject, Outcome, RungOutcome};
+use crate::model::{Fate, ForeignProject, Outcome, RungOutcome, UnwrittenTag};
 
 /// The numbers of a report.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,15 +55,12 @@ pub fn text(project: &ForeignProject) -> String {
     });
     list(&mut text, "Differences of the whole project", &outcome.differences);
     list(&mut text, "Parts in other languages", &outcome.left_out);
-    if !outcome.unwritten.is_empty() {
-        text += "\n## Tags that nothing writes\n\nThe program reads them. The map of a field \
-                 device brings inputs; an operator sets the others.\n\n";
-        text += "| tag | in the original | source |\n|---|---|---|\n";
-        for tag in &outcome.unwritten {
-            let _ =
-                writeln!(text, "| `{}` | `{}` | {} |", tag.name, line(&tag.was), line(&tag.source));
-        }
-    }
+    let about = "Tags that nothing writes\n\nThe program reads them. The map of a field device \
+                 brings inputs; an operator sets the others.";
+    of_devices(&mut text, about, &outcome.unwritten);
+    let about = "Outputs of modules\n\nThe program writes them. The map of a field device takes \
+                 them to the plant.";
+    of_devices(&mut text, about, &outcome.outputs);
     if !outcome.renamed.is_empty() {
         text += "\n## Names that changed\n\n| in the original | here |\n|---|---|\n";
         for name in &outcome.renamed {
@@ -73,6 +70,18 @@ pub fn text(project: &ForeignProject) -> String {
     parts(&mut text, outcome);
     all_rungs(&mut text, outcome);
     text
+}
+
+/// A table of tags that devices bring or take.
+fn of_devices(text: &mut String, about: &str, tags: &[UnwrittenTag]) {
+    if tags.is_empty() {
+        return;
+    }
+    let _ = write!(text, "\n## {about}\n\n| tag | in the original | source |\n|---|---|---|\n");
+    for tag in tags {
+        let was = line(&tag.was);
+        let _ = writeln!(text, "| `{}` | `{was}` | {} |", tag.name, line(&tag.source));
+    }
 }
 
 fn counted(text: &mut String, outcome: &Outcome) {

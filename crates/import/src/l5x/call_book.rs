@@ -2,7 +2,7 @@
 //!
 //! Filled by `project` and `own_instruction`, read where rungs are translated.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::rll::RllInstruction;
 use super::types::Kind;
@@ -17,6 +17,9 @@ pub(crate) struct CallBook {
     pub(crate) instructions: HashMap<String, Result<OwnInstruction, String>>,
     /// The scope of each Add-On Instruction's logic.
     pub(crate) logic: Vec<usize>,
+    /// The parameters of Add-On Instructions, as `name/parameter` in small letters, of which
+    /// several uses have the same argument: there two coils would drive one bit.
+    pub(crate) shared: HashSet<String>,
 }
 
 /// The name of a routine.

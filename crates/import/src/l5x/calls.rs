@@ -1,7 +1,7 @@
 //! Calls: JSR with its values, RET, jumps, and Add-On Instructions.
 
 use super::call_book::{OwnInstruction, RoutineKey, prescan_rung};
-use super::expression::LogixFormula;
+use super::formula::LogixFormula;
 use super::locate::Index;
 use super::memory::LogixMemory;
 use super::path::whole;

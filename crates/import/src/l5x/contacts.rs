@@ -1,6 +1,7 @@
 //! The contacts of Logix: bits and compares.
 
-use super::expression::{self, LogixFormula, ValueType};
+use super::expression;
+use super::formula::{INTERMEDIATE, LogixFormula, ValueType, WIDE_WHOLE};
 use super::rll::RllInstruction;
 use super::translate::{Terms, Translation, contact_on, operand};
 use super::types::Kind;
@@ -102,7 +103,7 @@ impl Translation<'_> {
             is_tag && other.value == ValueType::Real
         };
         if is_wide(left, right) || is_wide(right, left) {
-            self.differences.insert(expression::WIDE_WHOLE.to_owned());
+            self.differences.insert(WIDE_WHOLE.to_owned());
         }
     }
 
@@ -183,7 +184,7 @@ impl Translation<'_> {
     pub(super) fn note(&mut self, formula: &LogixFormula) {
         self.differences.extend(formula.differences.iter().map(|text| (*text).to_owned()));
         if formula.real_operations > 1 {
-            self.differences.insert(expression::INTERMEDIATE.to_owned());
+            self.differences.insert(INTERMEDIATE.to_owned());
         }
     }
 }
@@ -213,7 +214,7 @@ fn simple_compare(text: &str) -> Option<SimpleCompare<'_>> {
     let is_logic =
         |word: &str| ["AND", "OR", "XOR", "NOT"].iter().any(|one| word.eq_ignore_ascii_case(one));
     let mut words = text.split(|c: char| !c.is_ascii_alphanumeric() && c != '_');
-    if words.any(is_logic) || text.contains('&') {
+    if words.any(is_logic) || text.contains(['&', '|']) {
         return None;
     }
     let (mut depth, mut found) = (0_i32, None);

@@ -45,6 +45,8 @@ pub(crate) struct MemberDefinition {
     pub(crate) is_required: bool,
     /// `AliasFor`, of a parameter.
     pub(crate) alias: Option<String>,
+    /// `DefaultData`, of a local tag.
+    pub(crate) data: Option<Datum>,
 }
 
 /// A tag.
@@ -251,6 +253,7 @@ fn member(node: Xml<'_, '_>) -> MemberDefinition {
         usage: attribute(node, "Usage"),
         is_required: is_true(node, "Required"),
         alias: node.attribute("AliasFor").map(str::to_owned),
+        data: data::decorated(node, "DefaultData"),
     }
 }
 

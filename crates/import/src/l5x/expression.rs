@@ -1,22 +1,13 @@
 //! Expressions of CPT and CMP, and of indexes: read, and written as expressions of rungd.
 //!
-//! Logix computes whole numbers in 32 bits that wrap; MATH of rungd in 64 bits, and stores what
-//! fits. So [`LogixFormula::bits`] says how wide a result can be, and what is wider than 32 bits is
-//! wrapped (`& -1`) where the difference would show: [`LogixFormula::wrapped`].
+//! Called by `locate`, `contacts` and `numbers`. It knows no tags: [`OperandReader`] does.
 
+use super::formula::{LAST_BIT, LogixFormula, ValueType};
+use super::operators::{binary, in_reals, join, logical, real};
 use super::path;
-use crate::condition::TouchedPlace;
 
 /// Deepest nesting of an expression.
 const DEPTH_MAX: usize = 20;
-
-/// The type of an expression's value.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum ValueType {
-    Whole,
-    Real,
-    Bool,
-}
 
 /// What knows the operands of a scope.
 pub(crate) trait OperandReader {
@@ -26,32 +17,6 @@ pub(crate) trait OperandReader {
     /// rungd cannot name it.
     fn formula_of(&mut self, scope: usize, text: &str) -> Result<LogixFormula, String>;
 }
-
-/// An expression of rungd.
-#[derive(Clone, Debug)]
-pub(crate) struct LogixFormula {
-    pub(crate) text: String,
-    pub(crate) value: ValueType,
-    /// How many bits a whole number can need.
-    pub(crate) bits: u32,
-    pub(crate) reads: Vec<TouchedPlace>,
-    /// Whether it stands beside an operator without parentheses.
-    pub(crate) is_atom: bool,
-    /// Whether it is a constant, or a tag.
-    pub(crate) is_plain: bool,
-    /// How many operations on reals it has.
-    pub(crate) real_operations: usize,
-    /// What it does other than Logix.
-    pub(crate) differences: Vec<&'static str>,
-}
-
-pub(crate) const DIVISION: &str =
-    "a division by 0 gives 0 (Logix: a minor fault, and a value that its manual leaves open)";
-pub(crate) const WIDE_WHOLE: &str =
-    "a DINT of more than 24 bits beside a REAL is not rounded to a REAL first";
-pub(crate) const INTERMEDIATE: &str =
-    "an expression of several operations on REALs is rounded to a REAL once, at its end";
-pub(crate) const LAST_BIT: &str = "the last bit of a function's REAL may differ";
 
 /// An expression in the index of an array.
 ///
@@ -78,136 +43,19 @@ pub(crate) fn formula(
     scope: usize,
     text: &str,
 ) -> Result<LogixFormula, String> {
-    let mut reader = Reader { rest: text, memory, scope, depth: 0 };
-    let formula = reader.either()?;
-    match reader.rest.trim().is_empty() {
-        true => Ok(formula),
-        false => Err(format!("the expression `{text}`")),
-    }
+    Reader { rest: text, memory, scope, depth: 0, is_in_reals: false }.whole(text)
 }
 
-impl LogixFormula {
-    /// A text that stands beside an operator without parentheses.
-    pub(crate) fn plain(text: String) -> LogixFormula {
-        LogixFormula {
-            text,
-            value: ValueType::Whole,
-            bits: 32,
-            reads: Vec::new(),
-            is_atom: true,
-            is_plain: true,
-            real_operations: 0,
-            differences: Vec::new(),
-        }
-    }
-
-    pub(crate) fn whole(value: i64) -> LogixFormula {
-        // Logix' constants have 32 bits.
-        let value = value as i32;
-        LogixFormula { is_atom: value >= 0, ..LogixFormula::plain(value.to_string()) }
-    }
-
-    /// It beside an operator.
-    pub(crate) fn operand(&self) -> String {
-        if self.is_atom { self.text.clone() } else { format!("({})", self.text) }
-    }
-
-    /// It with a result of 32 bits.
-    pub(crate) fn wrapped(self) -> LogixFormula {
-        if self.bits <= 32 || self.value != ValueType::Whole {
-            return self;
-        }
-        LogixFormula { text: format!("{} & -1", self.operand()), bits: 32, is_atom: false, ..self }
-    }
-
-    /// It as a real.
-    fn into_real(mut self) -> LogixFormula {
-        self = self.wrapped();
-        if self.value == ValueType::Whole && self.bits == 32 && !self.is_constant() {
-            self.differences.push(WIDE_WHOLE);
-        }
-        self
-    }
-
-    fn is_constant(&self) -> bool {
-        self.is_plain && self.reads.is_empty()
-    }
-
-    /// The function of one argument.
-    fn call(self, function: &str) -> LogixFormula {
-        LogixFormula {
-            text: format!("{function}({})", self.text),
-            is_atom: true,
-            is_plain: false,
-            ..self
-        }
-    }
-}
-
-/// An operation of two formulas.
+/// An expression that is computed in REALs, whatever its operands are.
 ///
 /// # Errors
-/// The operation is not for values of this type.
-pub(crate) fn binary(
-    operator: &str,
-    left: LogixFormula,
-    right: LogixFormula,
+/// It is none, or rungd cannot say it.
+pub(crate) fn formula_in_reals(
+    memory: &mut dyn OperandReader,
+    scope: usize,
+    text: &str,
 ) -> Result<LogixFormula, String> {
-    let is_real = left.value == ValueType::Real || right.value == ValueType::Real;
-    let has_bool = left.value == ValueType::Bool || right.value == ValueType::Bool;
-    let is_logic = matches!(operator, "&" | "|" | "^");
-    if has_bool && !is_logic || (is_logic && is_real) {
-        return Err(format!("`{operator}` between values of these types"));
-    }
-    if is_real {
-        return Ok(real(operator, left.into_real(), right.into_real()));
-    }
-    let (left, right) = match operator {
-        "+" | "-" if left.bits.max(right.bits) < 62 => (left, right),
-        "*" if left.bits + right.bits <= 63 => (left, right),
-        _ => (left.wrapped(), right.wrapped()),
-    };
-    let bits = match operator {
-        "+" | "-" => left.bits.max(right.bits).max(32) + 1,
-        "*" => left.bits + right.bits,
-        "/" => 33,
-        _ => 32,
-    };
-    let both_bool = left.value == ValueType::Bool && right.value == ValueType::Bool;
-    let mut joined = join(operator, left, right);
-    joined.bits = bits;
-    joined.value = if both_bool { ValueType::Bool } else { ValueType::Whole };
-    Ok(joined)
-}
-
-fn real(operator: &str, left: LogixFormula, right: LogixFormula) -> LogixFormula {
-    let mut joined = join(operator, left, right);
-    joined.value = ValueType::Real;
-    joined.real_operations += 1;
-    if operator == "**" {
-        joined.differences.push(LAST_BIT);
-    }
-    joined
-}
-
-fn join(operator: &str, left: LogixFormula, right: LogixFormula) -> LogixFormula {
-    let mut differences = left.differences.clone();
-    differences.extend(&right.differences);
-    let divides = matches!(operator, "/" | "%");
-    if divides && !(right.is_constant() && right.text.parse::<f64>().is_ok_and(|by| by != 0.0)) {
-        differences.push(DIVISION);
-    }
-    let text = format!("{} {operator} {}", left.operand(), right.operand());
-    LogixFormula {
-        text,
-        value: ValueType::Whole,
-        bits: 32,
-        reads: [left.reads, right.reads].concat(),
-        is_atom: false,
-        is_plain: false,
-        real_operations: left.real_operations + right.real_operations,
-        differences,
-    }
+    Reader { rest: text, memory, scope, depth: 0, is_in_reals: true }.whole(text)
 }
 
 struct Reader<'t, 'm> {
@@ -215,13 +63,23 @@ struct Reader<'t, 'm> {
     memory: &'m mut dyn OperandReader,
     scope: usize,
     depth: usize,
+    is_in_reals: bool,
 }
 
 impl<'t> Reader<'t, '_> {
+    /// The formula of the whole text.
+    fn whole(mut self, text: &str) -> Result<LogixFormula, String> {
+        let formula = self.either()?;
+        match self.rest.trim().is_empty() {
+            true => Ok(formula),
+            false => Err(format!("the expression `{text}`")),
+        }
+    }
+
     /// Takes one of the signs; a sign must not be the beginning of a longer one.
     fn sign(&mut self, signs: &[&'static str]) -> Option<&'static str> {
         let rest = self.rest.trim_start();
-        let longer = ["**", "<>", "<=", ">="];
+        let longer = ["**", "<>", "<=", ">=", "&&"];
         let found = signs.iter().find(|sign| {
             rest.starts_with(**sign)
                 && !longer.iter().any(|long| rest.starts_with(long) && long.len() > sign.len())
@@ -241,8 +99,14 @@ impl<'t> Reader<'t, '_> {
 
     fn either(&mut self) -> Result<LogixFormula, String> {
         let mut left = self.exclusive()?;
-        while self.word(&["OR"]).is_some() {
-            left = binary("|", left, self.exclusive()?)?;
+        loop {
+            if self.word(&["OR"]).is_some() {
+                left = binary("|", left, self.exclusive()?)?;
+            } else if self.sign(&["||"]).is_some() {
+                left = logical("|", left, self.exclusive()?)?;
+            } else {
+                break;
+            }
         }
         Ok(left)
     }
@@ -257,8 +121,14 @@ impl<'t> Reader<'t, '_> {
 
     fn both(&mut self) -> Result<LogixFormula, String> {
         let mut left = self.compared()?;
-        while self.word(&["AND"]).is_some() || self.sign(&["&"]).is_some() {
-            left = binary("&", left, self.compared()?)?;
+        loop {
+            if self.sign(&["&&"]).is_some() {
+                left = logical("&", left, self.compared()?)?;
+            } else if self.word(&["AND"]).is_some() || self.sign(&["&"]).is_some() {
+                left = binary("&", left, self.compared()?)?;
+            } else {
+                break;
+            }
         }
         Ok(left)
     }
@@ -357,7 +227,9 @@ impl<'t> Reader<'t, '_> {
             }
             return function(&text.to_uppercase(), argument);
         }
-        self.memory.formula_of(self.scope, text)
+        let formula = self.memory.formula_of(self.scope, text)?;
+        let is_whole = formula.value == ValueType::Whole;
+        Ok(if self.is_in_reals && is_whole { in_reals(formula) } else { formula })
     }
 }
 

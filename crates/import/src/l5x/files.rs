@@ -1,6 +1,6 @@
 //! Instructions of Logix on arrays: COP, FLL, FFL, FFU, BSL, BSR.
 
-use super::expression::{LogixFormula, ValueType};
+use super::formula::{LogixFormula, ValueType};
 use super::locate::{Index, LocatedOperand};
 use super::path::whole;
 use super::rll::RllInstruction;
@@ -98,6 +98,21 @@ impl Translation<'_> {
         };
         let place = located.place();
         Ok(ArrayPart { array, field: behind.to_owned(), first, count, kind: located.kind, place })
+    }
+
+    /// SIZE: how many elements a dimension of an array has, which is a constant.
+    pub(super) fn size(
+        &mut self,
+        instruction: &RllInstruction,
+        when: &Terms,
+    ) -> Result<(), String> {
+        let text = operand(instruction, 0)?;
+        let sizes = self.memory.sizes_at(self.scope, text).unwrap_or_default();
+        let dimension = whole(operand(instruction, 1)?).and_then(|at| usize::try_from(at).ok());
+        let size = dimension.and_then(|at| sizes.get(at));
+        let size =
+            size.ok_or_else(|| format!("SIZE of `{text}`, whose size is not in the file"))?;
+        self.store(operand(instruction, 2)?, LogixFormula::whole(i64::from(*size)), when)
     }
 
     /// COP: elements of the same type.

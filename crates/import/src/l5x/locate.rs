@@ -1,11 +1,13 @@
 //! Operands: the text of Logix as a constant, or as a place of rungd.
 
 use super::data::Datum;
-use super::expression::{self, LogixFormula, OperandReader, ValueType};
+use super::expression::{self, OperandReader};
+use super::formula::{LogixFormula, ValueType};
 use super::initial;
 use super::memory::{LogixMemory, PartType};
 use super::path::{self, PathPart, TagPath};
-use super::types::Kind;
+use super::types::{Kind, LogixStructure, TypeOrigin};
+use super::undeclared::{GuessedType, UnknownMember, learned_element};
 use crate::condition::TouchedPlace;
 
 /// Deepest nesting of indexes, and longest chain of aliases.
@@ -80,6 +82,15 @@ struct Walk {
     path: String,
     /// The record that has the member, with the member's field.
     owner: Option<FieldOwner>,
+    /// Whether the type is only taken from the use.
+    is_guessed: bool,
+}
+
+/// A member in a path.
+struct MemberStep<'p> {
+    name: &'p str,
+    rest: &'p [PathPart],
+    guess: &'p GuessedType,
 }
 
 struct FieldOwner {
@@ -119,14 +130,15 @@ impl LogixMemory {
         guess: &Kind,
     ) -> Result<LocatedOperand, String> {
         let path = path::parse(text).ok_or_else(|| format!("`{text}` names no tag"))?;
-        self.located(scope, path, guess, 0)
+        let guess = GuessedType { kind: guess.clone(), is_sure: false };
+        self.located(scope, path, &guess, 0)
     }
 
     fn located(
         &mut self,
         scope: usize,
         path: TagPath,
-        guess: &Kind,
+        guess: &GuessedType,
         depth: usize,
     ) -> Result<LocatedOperand, String> {
         if depth > DEPTH_MAX {
@@ -142,15 +154,51 @@ impl LogixMemory {
         let known = self.known(own, &path.base);
         if let Some(alias) = known.and_then(|id| self.variables[id].alias.clone()) {
             let target = path::parse(&alias).ok_or_else(|| format!("the alias `{alias}`"))?;
+            let own_kind = known.map(|id| self.variables[id].kind.clone());
+            let sure = own_kind.filter(|kind| path.parts.is_empty() && kind.plain().is_some());
+            let guess = &sure.map_or_else(|| guess.clone(), GuessedType::sure);
             let parts = [target.parts, path.parts].concat();
             return self.located(own, TagPath { parts, ..target }, guess, depth + 1);
         }
         let id = match known {
             Some(id) => id,
-            None => self.undeclared(own, &mut path, guess),
+            None => self.undeclared(own, &mut path, guess)?,
         };
+        let mut walk = self.walk(id);
+        let all = path.parts;
+        let mut at = 0;
+        while let Some(part) = all.get(at) {
+            at += 1;
+            let is_last = at == all.len();
+            match part {
+                PathPart::Member(name) => {
+                    let member = MemberStep { name, rest: &all[at..], guess };
+                    at += self.enter(&mut walk, &member)?;
+                }
+                PathPart::Index(texts) => self.element(&mut walk, scope, texts, depth)?,
+                PathPart::Bit(number) if is_last => {
+                    return self.bit(walk, *number);
+                }
+                PathPart::MovingBit(text) if is_last => {
+                    return self.moving_bit(walk, scope, text, depth);
+                }
+                PathPart::Bit(_) | PathPart::MovingBit(_) => {
+                    return Err(format!("`{}`: a bit has no parts", path.base));
+                }
+            }
+        }
+        let is_guessed = walk.is_guessed;
+        let located = self.finish(walk)?;
+        if is_guessed && located.kind != Kind::Bool {
+            self.note_guess(&located);
+        }
+        Ok(located)
+    }
+
+    /// The walk that begins at a variable.
+    fn walk(&self, id: usize) -> Walk {
         let variable = &self.variables[id];
-        let mut walk = Walk {
+        Walk {
             variable: id,
             kind: variable.kind.clone(),
             dimensions: variable.dimensions.clone(),
@@ -159,58 +207,55 @@ impl LogixMemory {
             reads: Vec::new(),
             path: String::new(),
             owner: None,
-        };
-        let mut parts = path.parts.into_iter().peekable();
-        while let Some(part) = parts.next() {
-            match part {
-                PathPart::Member(name) => self.enter(&mut walk, &name)?,
-                PathPart::Index(texts) => self.element(&mut walk, scope, &texts, depth)?,
-                PathPart::Bit(number) if parts.peek().is_none() => {
-                    return self.bit(walk, number);
-                }
-                PathPart::MovingBit(text) if parts.peek().is_none() => {
-                    return self.moving_bit(walk, scope, &text, depth);
-                }
-                PathPart::Bit(_) | PathPart::MovingBit(_) => {
-                    return Err(format!("`{}`: a bit has no parts", path.base));
-                }
-            }
+            is_guessed: variable.is_guessed && !matches!(variable.kind, Kind::Struct(_)),
         }
-        self.finish(walk)
     }
 
-    /// The variable for a tag that the file does not declare: its whole text but for a last bit.
-    fn undeclared(&mut self, scope: usize, path: &mut TagPath, guess: &Kind) -> usize {
-        let mut name = path.base.clone();
-        let mut rest = Vec::new();
-        for part in std::mem::take(&mut path.parts) {
-            match part {
-                PathPart::Member(member) => name += &format!(".{member}"),
-                PathPart::Index(texts) => name += &format!("[{}]", texts.join(",")),
-                PathPart::Bit(_) | PathPart::MovingBit(_) => rest.push(part),
-            }
-        }
-        let guess = if rest.is_empty() { guess.clone() } else { Kind::Dint };
-        path.parts = rest;
-        self.variable(scope, &name, &guess)
+    /// Remembers that the type of a number is a guess.
+    fn note_guess(&mut self, located: &LocatedOperand) {
+        let original = &self.variables[located.variable].original;
+        let dot = if located.path.is_empty() { "" } else { "." };
+        let name = format!("{original}{dot}{}", located.path);
+        self.guesses.insert(format!("`{name}` is not declared: taken as a DINT"));
     }
 
-    fn enter(&mut self, walk: &mut Walk, name: &str) -> Result<(), String> {
-        let original = &self.variables[walk.variable].original;
+    /// Goes into a member. Returns how many parts behind its name belong to it.
+    fn enter(&mut self, walk: &mut Walk, step: &MemberStep<'_>) -> Result<usize, String> {
+        let MemberStep { name, rest, guess } = step;
+        let original = self.variables[walk.variable].original.clone();
         let Kind::Struct(kind) = &walk.kind else {
             return Err(format!("`{original}`: a value without parts has no `{name}`"));
         };
         if !walk.dimensions.is_empty() {
             return Err(format!("`{original}`: an array without an index has no `{name}`"));
         }
-        let structure = self
-            .types
-            .structure(kind)
-            .ok_or_else(|| format!("the file does not declare the type {kind} of `{original}`"))?;
-        let member = structure.members.iter().find(|one| one.name.eq_ignore_ascii_case(name));
-        let member = member
-            .ok_or_else(|| format!("`{original}`: the type {} has no `{name}`", structure.name))?
-            .clone();
+        if self.types.is_text(&walk.kind) {
+            return Err(format!("`{original}`: rungd has no texts"));
+        }
+        let structure = self.types.structure(kind);
+        let is_open = structure.is_none_or(|one| one.origin == TypeOrigin::Use);
+        let element = if is_open { learned_element(name, rest)? } else { None };
+        let taken = usize::from(element.is_some());
+        let (name, rest) = (element.as_deref().unwrap_or(name), &rest[taken..]);
+        let is_it = |one: &LogixStructure| {
+            one.members.iter().find(|member| member.name.eq_ignore_ascii_case(name)).cloned()
+        };
+        let member = match (structure.and_then(is_it), structure) {
+            (Some(member), Some(structure)) if structure.has_bits_of(&member) => {
+                let words = format!("`{}.{}` and the members", structure.name, member.name);
+                self.guesses.insert(format!("{words} for its bits have places of their own"));
+                member
+            }
+            (Some(member), _) => member,
+            (None, Some(structure)) if !is_open => {
+                return Err(format!("`{original}`: the type {} has no `{name}`", structure.name));
+            }
+            (None, _) => {
+                let next = rest.first();
+                self.learn_member(&UnknownMember { structure: kind, name, next, guess })?
+            }
+        };
+        walk.is_guessed = member.is_guessed;
         walk.owner = member.is_field().then(|| FieldOwner {
             path: walk.path.clone(),
             kind: walk.kind.clone(),
@@ -222,7 +267,7 @@ impl LogixMemory {
         walk.path += &member.name;
         walk.kind = member.kind;
         walk.dimensions = member.dimensions;
-        Ok(())
+        Ok(taken)
     }
 
     fn element(

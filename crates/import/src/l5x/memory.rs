@@ -4,12 +4,12 @@
 //! is first named. A structure is one record of its members without parts, and a tag for every
 //! other member; arrays within arrays are one array.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use super::data::Datum;
 use super::document::{L5xFile, TagDefinition};
 use super::initial;
-use super::types::{Kind, LogixStructure, Member, Types};
+use super::types::{Kind, Member, Types};
 use crate::condition::TouchedPlace;
 use crate::model::{ProjectTag, Record};
 use crate::names::GivenNames;
@@ -65,19 +65,21 @@ pub(crate) struct LogixMemory {
     pub(crate) homes: Vec<Vec<ProjectTag>>,
     pub(crate) records: Vec<Record>,
     record_names: HashMap<String, String>,
+    /// What the translation of a rung took as it is, because the file does not say it.
+    pub(crate) guesses: BTreeSet<String>,
 }
 
 impl LogixMemory {
     /// The memory of a file: its controller's tags, and those of modules.
     pub(crate) fn of(file: &L5xFile) -> LogixMemory {
-        let mut memory = LogixMemory { types: Types::of(file), ..LogixMemory::default() };
+        let mut memory = LogixMemory { types: Types::with_data(file), ..LogixMemory::default() };
         memory.scope("", true, &file.tags);
         for module in &file.modules {
             for tag in &module.tags {
                 let named = format!("{}:{}", module.name, tag.letter);
                 let slot = format!("{}:{}:{}", module.parent, module.slot, tag.letter);
                 let original = if module.slot.is_empty() { named.clone() } else { slot.clone() };
-                let kind = memory.kind_of(&tag.data, &original);
+                let kind = memory.types.learn(&tag.data, &original);
                 let id = memory.variables.len();
                 memory.variables.push(LogixVariable {
                     data: Some(tag.data.clone()),
@@ -113,39 +115,6 @@ impl LogixMemory {
         }
         self.scopes.push(scope);
         self.scopes.len() - 1
-    }
-
-    /// The type of a module's data, which may have no declaration.
-    fn kind_of(&mut self, datum: &Datum, name: &str) -> Kind {
-        let (kind, members) = match datum {
-            Datum::Value { kind, .. } | Datum::Array { kind, .. } => return Kind::named(kind),
-            Datum::Structure { kind, members } => (kind, members),
-        };
-        let kind = if kind.is_empty() { name } else { kind };
-        if self.types.structure(&kind.to_lowercase()).is_none() {
-            let mut own = Vec::new();
-            for member in members {
-                let inner = format!("{kind}_{}", member.name);
-                let dimensions = match &member.datum {
-                    Datum::Array { dimensions, .. } => dimensions.clone(),
-                    Datum::Value { .. } | Datum::Structure { .. } => Vec::new(),
-                };
-                own.push(Member {
-                    field: crate::names::legal_field(&member.name),
-                    kind: self.kind_of(&member.datum, &inner),
-                    name: member.name.clone(),
-                    dimensions,
-                    doc: String::new(),
-                });
-            }
-            self.types.add(LogixStructure {
-                name: kind.to_owned(),
-                doc: format!("The data of {name}"),
-                members: own,
-                library: None,
-            });
-        }
-        Kind::Struct(kind.to_lowercase())
     }
 
     /// The variable that a name means in a scope; one that the file does not declare gets a place
@@ -221,6 +190,9 @@ impl LogixMemory {
         let Some(count) = count else {
             return Err(format!("`{original}` has more than {COUNT_MAX} elements"));
         };
+        if self.types.is_text(part.kind) {
+            return Err(format!("`{original}`: rungd has no texts"));
+        }
         let kind = match part.kind {
             Kind::Struct(name) => self.record(name)?,
             Kind::Foreign(name) => return Err(format!("`{original}`: rungd has no type {name}")),
@@ -306,6 +278,17 @@ impl LogixMemory {
         self.record_names.insert(name.to_owned(), record.clone());
         self.records.push(Record { name: record.clone(), doc: structure.doc, fields });
         Ok(record)
+    }
+}
+
+impl LogixMemory {
+    /// Adds a member to the record of its structure, if that has one already.
+    pub(super) fn grow_record(&mut self, structure: &str, member: &Member) {
+        let Some(name) = self.record_names.get(structure) else { return };
+        let record = self.records.iter_mut().find(|record| record.name == *name);
+        if let Some(record) = record.filter(|_| member.is_field()) {
+            record.fields.push(field(member));
+        }
     }
 }
 

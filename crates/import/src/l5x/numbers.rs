@@ -3,8 +3,10 @@
 //! Whole numbers wrap in Logix where rungd limits them, so a result is stored by MATH, cut to the
 //! bits of its target. A REAL in a whole number is rounded to the nearest, half to even.
 
-use super::expression::{self, LogixFormula, ValueType, binary};
+use super::expression;
+use super::formula::{DIVISION_IN_REALS, LogixFormula, ValueType};
 use super::locate::{Index, LocatedOperand};
+use super::operators::{binary, in_reals};
 use super::rll::RllInstruction;
 use super::translate::{Terms, Translation, operand};
 use super::types::Kind;
@@ -43,13 +45,15 @@ impl Translation<'_> {
                 return Ok(true);
             }
             "CPT" => {
-                let formula = self.formula(operand(instruction, 1)?)?;
+                let mut formula = self.formula(operand(instruction, 1)?)?;
                 let target = self.target(operand(instruction, 0)?)?;
                 if target.kind == Kind::Real
                     && formula.value == ValueType::Whole
                     && formula.text.contains('/')
                 {
-                    return Err("CPT with a whole division into a REAL".to_owned());
+                    let text = operand(instruction, 1)?;
+                    formula = expression::formula_in_reals(self.memory, self.scope, text)?;
+                    formula.differences.push(DIVISION_IN_REALS);
                 }
                 self.store_in(&target, formula, when)?;
                 return Ok(true);
@@ -91,7 +95,12 @@ impl Translation<'_> {
 
     /// A word or bit that is written.
     fn target(&mut self, text: &str) -> Result<LocatedOperand, String> {
-        let target = self.written(text, &Kind::Dint)?;
+        self.target_as(text, &Kind::Dint)
+    }
+
+    /// As [`Translation::target`], with the type of a tag that the file does not declare.
+    fn target_as(&mut self, text: &str, guess: &Kind) -> Result<LocatedOperand, String> {
+        let target = self.written(text, guess)?;
         match target.dimensions.is_empty() && target.kind.plain().is_some() {
             true => Ok(target),
             false => Err(format!("`{text}` is no value that can be written")),
@@ -105,7 +114,8 @@ impl Translation<'_> {
         formula: LogixFormula,
         when: &Terms,
     ) -> Result<(), String> {
-        let target = self.target(text)?;
+        let is_bit = formula.value == ValueType::Bool && formula.is_plain;
+        let target = self.target_as(text, if is_bit { &Kind::Bool } else { &Kind::Dint })?;
         self.store_in(&target, formula, when)
     }
 
@@ -136,7 +146,8 @@ impl Translation<'_> {
             && !matches!(target.index, Index::Moving(_))
             && formula.reads.len() <= 1
             && target.word.is_none()
-            && target.kind != Kind::Bool;
+            && target.kind != Kind::Bool
+            && formula.value != ValueType::Bool;
         let fits = match target.kind.bits() {
             Some(32) => formula.bits <= 32,
             Some(_) => formula.is_plain && self.fits(target, &formula),
@@ -278,17 +289,6 @@ impl Translation<'_> {
 pub(super) fn computed(text: String, reads: Vec<TouchedPlace>) -> LogixFormula {
     let formula = LogixFormula::whole(0);
     LogixFormula { text, reads, is_atom: false, is_plain: false, ..formula }
-}
-
-/// A whole number as a REAL.
-fn in_reals(formula: LogixFormula) -> LogixFormula {
-    LogixFormula {
-        text: format!("toreal({})", formula.text),
-        value: ValueType::Real,
-        is_atom: true,
-        is_plain: false,
-        ..formula
-    }
 }
 
 /// The text of a formula whose result is cut to the bits of a word.

@@ -3,10 +3,13 @@
 //! The data of an instance is a structure: the template gets each of its tags as a parameter, and
 //! so what an instance keeps lies in the instance's tags, as in Logix.
 
+use std::collections::{HashMap, HashSet};
+
 use super::call_book::{CallBook, OwnInstruction, OwnParameter, OwnPart, OwnReference};
-use super::document::{InstructionDefinition, TagDefinition};
+use super::document::{InstructionDefinition, L5xFile, TagDefinition};
 use super::memory::{LogixMemory, LogixVariable};
 use super::prescan::Prescan;
+use super::rll;
 use super::routine::{RoutineText, RoutineWork, parts_of, translated};
 use super::translate::BlockNature;
 use crate::model::{Fate, ProjectRung, ProjectTag, ProjectTemplate, RungBody, RungOutcome};
@@ -16,6 +19,28 @@ pub(crate) struct TranslatedInstruction {
     pub(crate) own: Result<OwnInstruction, String>,
     pub(crate) templates: Vec<ProjectTemplate>,
     pub(crate) outcomes: Vec<RungOutcome>,
+}
+
+/// The parameters of Add-On Instructions that get one argument several times.
+pub(super) fn shared(file: &L5xFile) -> HashSet<String> {
+    let own = file.instructions.iter().flat_map(|one| &one.routines);
+    let all = file.programs.iter().flat_map(|one| &one.routines).chain(own);
+    let mut uses: HashMap<String, Vec<String>> = HashMap::new();
+    for rung in all.flat_map(|routine| &routine.rungs) {
+        let Ok(series) = rll::parse(&rung.text) else { continue };
+        for instruction in rll::instructions(&series) {
+            let is_it =
+                |one: &&InstructionDefinition| one.name.eq_ignore_ascii_case(&instruction.name);
+            let Some(definition) = file.instructions.iter().find(is_it) else { continue };
+            let required = definition.parameters.iter().filter(|one| one.is_required);
+            let names = std::iter::once("own").chain(required.map(|one| one.name.as_str()));
+            for (name, argument) in names.zip(&instruction.operands) {
+                let name = format!("{}/{name}", definition.name).to_lowercase();
+                uses.entry(argument.to_lowercase()).or_default().push(name);
+            }
+        }
+    }
+    uses.into_values().filter(|names| names.len() > 1).flatten().collect()
 }
 
 /// Translates an Add-On Instruction.

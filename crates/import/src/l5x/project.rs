@@ -2,16 +2,18 @@
 
 use super::call_book::{CallBook, Callee, RoutineKey, callee};
 use super::document::{InstructionDefinition, L5xFile, ProgramDefinition, RoutineDefinition};
-use super::memory::{LogixMemory, LogixVariable};
-use super::own_instruction::own_instruction;
+use super::inputs;
+use super::memory::LogixMemory;
+use super::own_instruction::{own_instruction, shared};
 use super::prescan::Prescan;
 use super::rll;
 use super::routine::{RoutineText, RoutineWork, translated};
 use super::tasks::{ProgramTurn, TaskProgram, plan};
 use super::translate::BlockNature;
+use super::undeclared::{ScopedProgram, demand};
 use crate::model::{
     Fate, ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectPart,
-    ProjectRung, ProjectTag, RungBody, RungOutcome, UnwrittenTag,
+    ProjectRung, ProjectTag, RungBody, RungOutcome,
 };
 
 /// Warnings about habits of Logix programs.
@@ -30,7 +32,7 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
         open: plan.open.clone(),
         ..Outcome::default()
     };
-    let mut calls = CallBook::default();
+    let mut calls = CallBook { shared: shared(file), ..CallBook::default() };
     let mut controller = LadderFile {
         name: "controller-tags".to_owned(),
         doc: format!("Tags of the controller {}. {}", file.name, file.doc),
@@ -47,12 +49,7 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
     let mut prescan = Prescan::default();
     let mut ladders = Vec::new();
     let mut starts = Vec::new();
-    let mut scopes = Vec::new();
-    for planned in &plan.programs {
-        let program = &file.programs[planned.index];
-        let scope = memory.scope(&program.name, true, &program.tags);
-        scopes.push(scope);
-    }
+    let scopes = scopes(file, &plan.programs, &mut memory, &calls);
     for (planned, scope) in plan.programs.iter().zip(&scopes) {
         let program = &file.programs[planned.index];
         let mut work = ProgramWork {
@@ -77,7 +74,8 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
     let begins = Begins { memory: &memory, prescan: &prescan, scopes: &scopes };
     controller.blocks = begins.blocks(starts);
     outcome.renamed = memory.names.renamed.clone();
-    outcome.unwritten = unwritten(&memory);
+    outcome.unwritten = inputs::unwritten(&memory);
+    outcome.outputs = inputs::outputs(&memory);
     let mut files = vec![controller];
     files.extend(ladders);
     ForeignProject {
@@ -89,6 +87,23 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
         files,
         outcome,
     }
+}
+
+/// The scopes of the programs, with the tags that the file does not declare.
+fn scopes(
+    file: &L5xFile,
+    planned: &[TaskProgram],
+    memory: &mut LogixMemory,
+    calls: &CallBook,
+) -> Vec<usize> {
+    let mut programs = Vec::new();
+    for planned in planned {
+        let program = &file.programs[planned.index];
+        let scope = memory.scope(&program.name, true, &program.tags);
+        programs.push(ScopedProgram { program, scope });
+    }
+    demand(file, memory, calls, &programs);
+    programs.iter().map(|program| program.scope).collect()
 }
 
 /// What the Add-On Instructions become parts of.
@@ -408,22 +423,4 @@ fn unused(memory: &mut LogixMemory, outcome: &mut Outcome) {
             tag.more.push("spare = true".to_owned());
         }
     }
-}
-
-/// The tags that the program reads, and nothing writes.
-fn unwritten(memory: &LogixMemory) -> Vec<UnwrittenTag> {
-    let is_open = |variable: &&LogixVariable| {
-        variable.is_read && !variable.is_written && variable.base.is_some()
-    };
-    let source = |variable: &LogixVariable| match &variable.module {
-        Some(module) => format!("the module {module}"),
-        None if variable.is_guessed => "not declared in the file".to_owned(),
-        None => "an operator, or a constant".to_owned(),
-    };
-    let unwritten = memory.variables.iter().filter(is_open).map(|variable| UnwrittenTag {
-        name: variable.base.clone().unwrap_or_default(),
-        was: variable.original.clone(),
-        source: source(variable),
-    });
-    unwritten.collect()
 }

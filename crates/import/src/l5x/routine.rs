@@ -20,6 +20,9 @@ use crate::model::{
 use crate::rungs::{ForeignRung, rungs};
 use rungd_language::source::renaming::kebab;
 
+const NOT_YET: &str = "an edit was pending in the original, in which this rung does not run yet";
+const STILL: &str = "an edit was pending in the original, in which this rung still runs";
+
 /// What the translation of routines shares.
 pub(crate) struct RoutineWork<'m> {
     pub(crate) memory: &'m mut LogixMemory,
@@ -77,7 +80,7 @@ pub(crate) fn translated(work: &mut RoutineWork<'_>, text: RoutineText<'_>) -> T
 
 fn parsed(definition: &RungDefinition) -> Result<Series, String> {
     match definition.state.as_str() {
-        "" | "N" => rll::parse(&definition.text),
+        "" | "N" | "R" | "D" | "I" | "IR" => rll::parse(&definition.text),
         state => Err(format!("an edit that is pending (rung type {state})")),
     }
 }
@@ -238,12 +241,30 @@ impl RoutineWriter<'_, '_> {
         }
     }
 
+    /// The rung, as far as no edit of it is pending.
+    fn edited(&mut self, number: usize, source: RungSource<'_>) -> Result<TranslatedRung, String> {
+        let rung = &self.text.routine.rungs[number];
+        match rung.state.as_str() {
+            "I" | "IR" => {
+                let text = format!("{}\n{NOT_YET}: {}", source.comment, rung.text.trim());
+                let differences = BTreeSet::from([NOT_YET.to_owned()]);
+                Ok(TranslatedRung { rungs: vec![note(text.trim())], differences })
+            }
+            "R" | "D" => {
+                let mut translated = self.ladder(number, source)?;
+                translated.differences.insert(STILL.to_owned());
+                Ok(translated)
+            }
+            _ => self.ladder(number, source),
+        }
+    }
+
     /// The rungs of a rung, and what became of it.
     fn one(&mut self, number: usize, rung: &ParsedRung<'_>) -> (Vec<ProjectRung>, RungOutcome) {
         let RungDefinition { text, comment, .. } = rung.definition;
         let result = match &rung.series {
             Ok(series) if is_zone(series) => self.zone(number, series, comment),
-            Ok(series) => self.ladder(number, RungSource { series, comment, coil: None }),
+            Ok(series) => self.edited(number, RungSource { series, comment, coil: None }),
             Err(why) => Err(why.clone()),
         };
         let (rungs, fate) = match result {
@@ -269,6 +290,28 @@ impl RoutineWriter<'_, '_> {
         (rungs, outcome)
     }
 
+    /// The comment in place of a rung that does nothing; with its text, if that is a difference.
+    fn comment(&self, number: usize, comment: &str, is_different: bool) -> Vec<ProjectRung> {
+        let text = self.text.routine.rungs.get(number).map_or("", |rung| rung.text.trim());
+        let doc = match is_different {
+            true => format!("{comment}\nWithout its rung: {text}"),
+            false => comment.to_owned(),
+        };
+        (!doc.is_empty()).then(|| note(doc.trim())).into_iter().collect()
+    }
+
+    /// Drops the values within a rung that were made before it got a stub. `declared`: how many
+    /// tags there were before it.
+    fn drop_values(&mut self, declared: usize) {
+        let home = self.work.memory.scopes[self.work.scope].home;
+        let is_own = |tag: &ProjectTag| tag.doc.starts_with("A value within a rung");
+        let mut at = 0;
+        self.work.memory.homes[home].retain(|tag| {
+            at += 1;
+            at <= declared || !is_own(tag)
+        });
+    }
+
     fn ladder(&mut self, number: usize, source: RungSource<'_>) -> Result<TranslatedRung, String> {
         let RungSource { series, comment, coil } = source;
         let prefix = format!("{}_r{number}", self.text.prefix);
@@ -283,6 +326,7 @@ impl RoutineWriter<'_, '_> {
             None => std::mem::take(&mut self.driven),
         };
         let home = self.work.memory.scopes[self.work.scope].home;
+        self.work.memory.guesses.clear();
         let declared = self.work.memory.homes[home].len();
         let mut translation = Translation {
             memory: self.work.memory,
@@ -304,27 +348,21 @@ impl RoutineWriter<'_, '_> {
                 translation.push(when, format!("OUT {bit}"), vec![TouchedPlace::of(bit)]);
             }
         });
-        let (steps, differences) = (translation.steps, translation.differences);
+        let (steps, mut differences) = (translation.steps, translation.differences);
         let (driven, own_blocks) = (translation.driven, translation.own_blocks);
+        differences.append(&mut self.work.memory.guesses);
         match self.segments.last_mut() {
             Some(segment) => segment.driven = driven,
             None => self.driven = driven,
         }
         if let Err(why) = result {
-            // The values within the rung that were made before the reason was found.
-            let memory = &mut self.work.memory;
-            let is_own = |tag: &ProjectTag| tag.doc.starts_with("A value within a rung");
-            let mut at = 0;
-            memory.homes[home].retain(|tag| {
-                at += 1;
-                at <= declared || !is_own(tag)
-            });
+            self.drop_values(declared);
             return Err(why);
         }
         self.done.blocks.extend(own_blocks);
         if steps.is_empty() {
-            let comments = (!comment.is_empty()).then(|| note(comment));
-            return Ok(TranslatedRung { rungs: comments.into_iter().collect(), differences });
+            let rungs = self.comment(number, comment, !differences.is_empty());
+            return Ok(TranslatedRung { rungs, differences });
         }
         let mut tags = Vec::new();
         let place = ForeignRung {

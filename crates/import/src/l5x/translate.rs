@@ -67,7 +67,6 @@ impl Translation<'_> {
     /// A tag that is read.
     pub(crate) fn read(&mut self, text: &str, guess: &Kind) -> Result<LocatedOperand, String> {
         let located = self.memory.locate(self.scope, text, guess)?;
-        self.note_guess(&located);
         self.memory.variables[located.variable].is_read = true;
         Ok(located)
     }
@@ -76,7 +75,6 @@ impl Translation<'_> {
     pub(crate) fn value(&mut self, text: &str) -> Result<Operand, String> {
         let operand = self.memory.operand(self.scope, text, &Kind::Dint)?;
         if let Operand::ProjectTag(located) = &operand {
-            self.note_guess(located);
             self.memory.variables[located.variable].is_read = true;
         }
         Ok(operand)
@@ -85,7 +83,6 @@ impl Translation<'_> {
     /// A tag that is written.
     pub(crate) fn written(&mut self, text: &str, guess: &Kind) -> Result<LocatedOperand, String> {
         let located = self.memory.locate(self.scope, text, guess)?;
-        self.note_guess(&located);
         self.memory.variables[located.variable].is_written = true;
         Ok(located)
     }
@@ -99,13 +96,10 @@ impl Translation<'_> {
         }
     }
 
-    /// Remembers that the type of a word is a guess.
-    fn note_guess(&mut self, located: &LocatedOperand) {
-        let variable = &self.memory.variables[located.variable];
-        if variable.is_guessed && variable.kind != Kind::Bool {
-            let name = &variable.original;
-            self.differences.insert(format!("`{name}` is not declared: taken as a DINT"));
-        }
+    /// Whether another use of an Add-On Instruction can have the same bit.
+    fn is_shared(&self, bit: &LocatedOperand) -> bool {
+        let name = &self.memory.variables[bit.variable].original;
+        !self.calls.shared.is_empty() && self.calls.shared.contains(&name.to_lowercase())
     }
 
     /// Writes a bit under a condition.
@@ -123,7 +117,9 @@ impl Translation<'_> {
             && bit.word.as_ref().is_none_or(|word| word.is_fixed);
         let set = |is_on: bool| set_text(bit, is_on, is_fixed);
         match write {
-            BitWrite::Follow if is_fixed && self.driven.insert(bit.text.clone()) => {
+            BitWrite::Follow
+                if is_fixed && !self.is_shared(bit) && self.driven.insert(bit.text.clone()) =>
+            {
                 self.push(when, format!("OUT {}", bit.text), places.clone());
             }
             BitWrite::Follow => {

@@ -3,7 +3,7 @@
 //! rungd's records have no nested records and no arrays. So the members of a structure that have no
 //! parts become one record, and every other member a tag of its own (`memory`).
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::document::{L5xFile, MemberDefinition};
 use crate::names::legal_field;
@@ -70,6 +70,18 @@ pub(crate) struct LogixStructure {
     pub(crate) members: Vec<Member>,
     /// The record of `logix.toml` that holds it.
     pub(crate) library: Option<&'static str>,
+    pub(crate) origin: TypeOrigin,
+}
+
+/// Where the members of a structure are from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum TypeOrigin {
+    /// The file declares it.
+    File,
+    /// The data of a tag.
+    Data,
+    /// The uses of its tags: it can get more members.
+    Use,
 }
 
 /// A member of a structure.
@@ -80,6 +92,8 @@ pub(crate) struct Member {
     pub(crate) kind: Kind,
     pub(crate) dimensions: Vec<u32>,
     pub(crate) doc: String,
+    /// Whether its type is only taken from its use, and another one is possible.
+    pub(crate) is_guessed: bool,
 }
 
 impl Member {
@@ -93,6 +107,10 @@ impl Member {
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Types {
     structures: HashMap<String, LogixStructure>,
+    /// The names of types of texts, in small letters.
+    texts: HashSet<String>,
+    /// The names of types as the file spells them, by their names in small letters.
+    spelled: HashMap<String, String>,
 }
 
 const TIMER: &[(&str, Kind)] = &[
@@ -140,16 +158,19 @@ impl Types {
                 kind: kind.clone(),
                 dimensions: Vec::new(),
                 doc: String::new(),
+                is_guessed: false,
             };
             types.add(LogixStructure {
                 name: name.to_owned(),
                 doc: String::new(),
                 members: members.iter().map(member).collect(),
                 library: Some(record),
+                origin: TypeOrigin::File,
             });
         }
         for definition in &file.types {
             if definition.is_string {
+                types.texts.insert(definition.name.to_lowercase());
                 continue;
             }
             types.add(LogixStructure {
@@ -157,6 +178,7 @@ impl Types {
                 doc: definition.doc.clone(),
                 members: definition.members.iter().map(member).collect(),
                 library: None,
+                origin: TypeOrigin::File,
             });
         }
         for definition in &file.instructions {
@@ -167,9 +189,53 @@ impl Types {
                 doc: definition.doc.clone(),
                 members: own.chain(&definition.locals).map(member).collect(),
                 library: None,
+                origin: TypeOrigin::File,
             });
         }
+        types.spell(file);
         types
+    }
+
+    /// Keeps how the file spells the types that it names.
+    fn spell(&mut self, file: &L5xFile) {
+        let programs = file.programs.iter().flat_map(|program| &program.tags);
+        let tags = file.tags.iter().chain(programs).map(|tag| &tag.kind);
+        let own = file.instructions.iter().flat_map(|one| one.parameters.iter().chain(&one.locals));
+        let members = file.types.iter().flat_map(|one| &one.members).chain(own);
+        for name in tags.chain(members.map(|member| &member.kind)) {
+            self.spelled.entry(name.to_lowercase()).or_insert_with(|| name.clone());
+        }
+    }
+
+    /// A name in small letters as the file spells it.
+    pub(crate) fn spelling<'n>(&'n self, name: &'n str) -> &'n str {
+        self.spelled.get(name).map_or(name, String::as_str)
+    }
+
+    /// Whether a type is one of texts, for which rungd has no place.
+    pub(crate) fn is_text(&self, kind: &Kind) -> bool {
+        match kind {
+            Kind::Struct(name) => self.texts.contains(name),
+            Kind::Foreign(name) => name.eq_ignore_ascii_case("STRING"),
+            Kind::Bool | Kind::Sint | Kind::Int | Kind::Dint => false,
+            Kind::Usint | Kind::Uint | Kind::Real => false,
+        }
+    }
+
+    /// Adds a member to a structure of which only uses are known.
+    pub(super) fn grow(&mut self, name: &str, member: Member) {
+        let spelled = self.spelled.get(name).map_or_else(
+            || format!("{}_type", name.trim_start_matches('?').replace('.', "_")),
+            String::clone,
+        );
+        let structure = self.structures.entry(name.to_owned()).or_insert_with(|| LogixStructure {
+            doc: String::new(),
+            name: spelled,
+            members: Vec::new(),
+            library: None,
+            origin: TypeOrigin::Use,
+        });
+        structure.members.push(member);
     }
 
     pub(crate) fn add(&mut self, structure: LogixStructure) {
@@ -190,5 +256,6 @@ pub(crate) fn member(definition: &MemberDefinition) -> Member {
         kind: Kind::named(&definition.kind),
         dimensions: definition.dimensions.clone(),
         doc: definition.doc.clone(),
+        is_guessed: false,
     }
 }

@@ -86,6 +86,9 @@ impl Translation<'_> {
 
     /// The condition behind an instruction.
     fn instruction(&mut self, instruction: &RllInstruction, when: Terms) -> Result<Terms, String> {
+        if self.leaves_out_text(instruction) {
+            return Ok(when);
+        }
         if let Some(condition) = self.contact(instruction, &when)? {
             let mut when = when;
             if condition != RungCondition::Constant(true) {
@@ -98,6 +101,7 @@ impl Translation<'_> {
             "NOP" => {}
             "OTE" | "OTL" | "OTU" | "OSR" | "OSF" => self.coil(instruction, &when)?,
             "TON" | "TOF" | "RTO" | "CTU" | "CTD" | "RES" => self.structure(instruction, &when)?,
+            "SIZE" => self.size(instruction, &when)?,
             "COP" | "CPS" | "FLL" | "FFL" | "FFU" | "BSL" | "BSR" => {
                 self.file(instruction, &when)?;
             }

@@ -1,7 +1,8 @@
 //! Any L5X files: none causes a panic, each rung is in the report, and how many are kept.
 //!
 //! `RUNGD_L5X_FILES=FOLDER cargo test -p rungd-import files -- --nocapture` prints the counts of
-//! the files of a folder, and the reasons for what is not translated.
+//! the files of a folder, and the reasons for what is not translated; with `RUNGD_L5X_RUNGS=1` also
+//! each rung that is not.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -40,6 +41,9 @@ fn the_rungs_of_the_files_of_a_folder_are_counted() {
         for rung in &project.outcome.rungs {
             if let Fate::Todo(why) = &rung.fate {
                 *reasons.entry(why.clone()).or_default() += 1;
+                if std::env::var_os("RUNGD_L5X_RUNGS").is_some() {
+                    println!("{why} | {} {}: {}", rung.place, rung.number, rung.text);
+                }
             }
         }
         let errors = plant::errors(&project);

@@ -8,6 +8,7 @@ mod files;
 mod generator;
 mod interpreter;
 mod rung_text;
+mod undeclared;
 mod values;
 
 /// An L5X file with these tags, each `NAME: TYPE` or `NAME: TYPE[COUNT]`, and these rungs in the
