@@ -15,6 +15,7 @@ use super::terminal::{one_line, plain_json, print, say};
 use super::test::{OpenSuite, ProgressLine, find, jobs, open, refused};
 use rungd_lab::testing::{
     self, JudgedLadder, JudgedMutant, MutantKind, MutateOptions, MutationProgress, Suite,
+    UnnoticedMutant,
 };
 
 /// Makes small changes to a ladder, and reports which of them its tests detect
@@ -118,20 +119,37 @@ fn judge(args: &MutateArgs, ladder: &LadderSuites<'_>, end: &EarlyEnd) -> Result
     let show = |MutationProgress { done, all, unnoticed }| {
         progress.show_text(|| format!("judged {done} of {all}, {unnoticed} not noticed"));
     };
+    let proof = proof(end);
     let options = MutateOptions {
         jobs: jobs(args.jobs),
         kinds: &args.only,
         progress: &show,
+        proves: proof.as_deref(),
         given_up: &end.is_over,
     };
     let judged = testing::mutate(&ladder.suites, &options);
     progress.clear();
-    if all(&judged) + judged.unchanged == 0 {
+    if all(&judged) + judged.unchanged + judged.proved.len() == 0 {
         let name = ladder.names[0];
         let message = format!("{name}: its ladder has nothing to change of these kinds");
         return Err(CommandLine(message).into());
     }
     Ok(judged)
+}
+
+/// Proves that a mistake changes nothing.
+type Proof = Box<dyn Fn(&UnnoticedMutant<'_>) -> bool + Sync>;
+
+#[cfg(feature = "prove")]
+fn proof(end: &EarlyEnd) -> Option<Proof> {
+    let given_up = std::sync::Arc::clone(&end.is_over);
+    Some(Box::new(move |mutant| rungd_prove::mistake::changes_nothing(mutant, &given_up)))
+}
+
+/// Without proofs, such mistakes are not known.
+#[cfg(not(feature = "prove"))]
+fn proof(_end: &EarlyEnd) -> Option<Proof> {
+    None
 }
 
 /// The number of changes that a test could notice, judged or not.
@@ -185,6 +203,11 @@ fn head(ladder: &LadderSuites<'_>, result: &JudgedLadder) -> String {
         1 => text += "; 1 more changes nothing",
         count => text += &format!("; {count} more change nothing"),
     }
+    match result.proved.len() {
+        0 => {}
+        1 => text += "; 1 more changes nothing (proved)",
+        count => text += &format!("; {count} more change nothing (proved)"),
+    }
     text + "\n"
 }
 
@@ -202,13 +225,15 @@ fn ladder_json(ladder: &LadderSuites<'_>, result: &JudgedLadder) -> Value {
             "killed_in": killed_by.map(|test| ladder.names[test.suite]),
         })
     };
+    let all = |mutants: &[JudgedMutant]| mutants.iter().map(one).collect::<Vec<_>>();
     json!({
         "file": ladder.names[0],
         "files": ladder.names,
         "mutants": result.judged.len(),
         "killed": noticed(result),
         "unchanged": result.unchanged,
+        "proved_unchanged": all(&result.proved),
         "left": result.left,
-        "all": result.judged.iter().map(one).collect::<Vec<_>>(),
+        "all": all(&result.judged),
     })
 }

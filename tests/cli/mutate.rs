@@ -66,6 +66,35 @@ scans = 1000000000
 change = { X0 = "1%" }
 "#;
 
+/// A lamp with a contact that its latches imply.
+const LATCHED: &str = r#"[[program]]
+name = "Main"
+[[program.rung]]
+when = ["X0", "!X2"]
+do   = ["SET C0"]
+[[program.rung]]
+when = ["C0", "X1"]
+do   = ["SET C1"]
+[[program.rung]]
+when = ["X2"]
+do   = ["RST C0", "RST C1"]
+[[program.rung]]
+when = ["C0", "C1"]
+do   = ["OUT Y0"]
+"#;
+
+/// A suite that notices everything that can be noticed of the lamp's contacts.
+const LATCHED_TESTS: &str = r#"ladder = ["latched.toml"]
+period = "10ms"
+[[scenario]]
+name = "the lamp"
+steps = [
+  "pulse X1 50ms", "run 100ms", "pulse X0 50ms", "run 100ms", "expect: !Y0", "pulse X1 50ms", "run 100ms", "expect: Y0",
+  "set X2 true", "set X0 true", "run 50ms", "expect: !Y0", "set X1 true", "set X0 false", "run 20ms", "set X2 false", "run 20ms", "expect: !Y0", "set X0 true",
+  "run 20ms", "expect: Y0",
+]
+"#;
+
 struct Tests(TestFolder);
 
 impl Tests {
@@ -76,6 +105,8 @@ impl Tests {
             ("counts.test.toml", COUNTS),
             ("lamp.test.toml", LAMP),
             ("endless.test.toml", ENDLESS),
+            ("latched.toml", LATCHED),
+            ("latched.test.toml", LATCHED_TESTS),
         ];
         for (name, text) in files {
             fs::write(folder.path().join(name), text).expect("a file");
@@ -138,6 +169,27 @@ fn changes_without_an_effect_are_counted_apart() {
     let expected = "exit code 0\nlamp.test.toml: 2 of 2 changes are noticed (100 %); 2 more change \
                     nothing\n";
     assert!(result.starts_with(expected), "{result}");
+}
+
+#[cfg(feature = "prove")]
+#[test]
+fn changes_that_a_proof_shows_to_change_nothing_do_not_count() {
+    let tests = Tests::new();
+    let args = ["latched.test.toml", "--only", "contact-out"];
+    let result = said(&tests.run(&[args.as_slice(), &["--at-least", "100"]].concat()));
+    assert_eq!(
+        result,
+        "exit code 0\nlatched.test.toml: 6 of 6 changes are noticed (100 %); 1 more changes nothing \
+         (proved)\n"
+    );
+    let output = tests.run(&[args.as_slice(), &["--json"]].concat());
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let file = &json["files"][0];
+    assert_eq!([&file["mutants"], &file["killed"], &file["unchanged"]], [6, 6, 0]);
+    let proved = &file["proved_unchanged"];
+    assert_eq!(proved.as_array().map(Vec::len), Some(1));
+    assert_eq!(proved[0]["what"], "contact `C0` left out");
+    assert_eq!(proved[0]["place"], "latched.toml:13");
 }
 
 #[test]

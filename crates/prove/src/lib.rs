@@ -20,6 +20,7 @@ pub mod gates;
 mod gates_merged;
 pub mod how;
 pub mod kept;
+pub mod mistake;
 pub mod model;
 pub mod question;
 pub mod race;

@@ -25,11 +25,23 @@ const COMBINATIONS_MAX: u64 = 4_096;
 /// The number of states up to which exploring tries alone.
 const FEW_STATES: u64 = 2_000;
 
-/// The effort of an answer that does not depend on the machine: the scans that exploring executes
-/// first, the decisions of the solver, and the scans that exploring executes after it.
-const FEW_SCANS: u64 = 5_000;
-const DECISIONS: u64 = 50_000;
-const MANY_SCANS: u64 = 200_000;
+/// The effort of an answer that does not depend on the machine.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Effort {
+    /// The number of scans that exploring executes first.
+    few_scans: u64,
+    /// The number of decisions of the solver, which comes next.
+    decisions: u64,
+    /// The number of scans that exploring executes after it; 0: it is not tried again.
+    many_scans: u64,
+}
+
+impl Effort {
+    /// For a fact of a survey.
+    pub const SURVEY: Effort = Effort { few_scans: 5_000, decisions: 50_000, many_scans: 200_000 };
+    /// For one of many mistakes, of which most change something.
+    pub const MISTAKE: Effort = Effort { few_scans: 5_000, decisions: 10_000, many_scans: 0 };
+}
 
 /// The limits of a race.
 #[derive(Clone, Debug)]
@@ -100,22 +112,24 @@ impl Race {
 
     /// Decides one way after the other, each with a measured effort: an answer that comes within
     /// its time is the same on every machine.
-    pub fn decide_by_effort(&self, cone: &Cone, target: Target) -> Decision {
+    pub fn decide_by_effort(&self, cone: &Cone, target: Target, effort: Effort) -> Decision {
         let stop = || self.given_up.load(Ordering::Relaxed);
         let explored = |scans| {
             let limits = ExploreLimits { scans: Some(scans), ..self.explore_limits(1, &stop) };
             by_exploring(cone, target, &limits)
         };
-        let first = explored(FEW_SCANS);
+        let first = explored(effort.few_scans);
         if !matches!(first, Decision::Open(_)) {
             return first;
         }
         let flags = [Arc::clone(&self.given_up), Arc::clone(&self.given_up)];
-        let effort = Some(Arc::new(AtomicU64::new(DECISIONS)));
-        let patience = Patience { deadline: self.end, flags, effort };
+        let decisions = Some(Arc::new(AtomicU64::new(effort.decisions)));
+        let patience = Patience { deadline: self.end, flags, effort: decisions };
         match deduced_cone(cone, target, &patience) {
-            Decision::Open(deduced) => first_of(explored(MANY_SCANS), Decision::Open(deduced)),
-            decided @ (Decision::Never(..) | Decision::Found(..)) => decided,
+            Decision::Open(deduced) if effort.many_scans > 0 => {
+                first_of(explored(effort.many_scans), Decision::Open(deduced))
+            }
+            ended @ (Decision::Open(_) | Decision::Never(..) | Decision::Found(..)) => ended,
         }
     }
 

@@ -68,8 +68,10 @@ pub use coverage::{Coverage, CoverageOptions};
 pub use failure::{Failure, SeenChange, SeenOperand};
 pub use formats::{FileVerdicts, json, junit};
 pub use joint::{FailingTest, JudgedMutant, of_one_ladder};
-pub use mutants::MutantKind;
-pub use mutation::{JudgedLadder, MutateOptions, MutationProgress, first_failure, mutate};
+pub use mutants::{MutantKind, RungIndex};
+pub use mutation::{
+    JudgedLadder, MutateOptions, MutationProgress, UnnoticedMutant, first_failure, mutate,
+};
 pub use proof_run::{FoundRun, TriedRun, run_text, try_run, try_violation};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;

@@ -25,6 +25,7 @@ mod values;
 mod word_bits;
 
 pub use kind::MutantKind;
+pub use mutation::RungIndex;
 
 use std::cmp::Reverse;
 use std::collections::HashMap;
@@ -32,7 +33,7 @@ use std::sync::Arc;
 
 use super::suite::TestProgram;
 use ground::{FoundMutation, Ground};
-use mutation::{Mutation, RungIndex, without_lone_groups};
+use mutation::{Mutation, without_lone_groups};
 use retained::RetainedEntry;
 use rungd_config::controller::Controller;
 use rungd_language::resolve::program::{Program, ProgramPart, Rung};
@@ -183,6 +184,14 @@ impl Mutant {
             MutantChange::Rungs(mutations) => mutations,
             MutantChange::RetainOut => &[],
         }
+    }
+
+    /// The rungs with the mistake, the last one in the program first, if it is in contacts alone.
+    pub(super) fn of_contacts_alone(&self) -> Option<Vec<RungIndex>> {
+        let mut rungs: Vec<RungIndex> = self.changed_contacts().collect();
+        let is_alone = !rungs.is_empty() && rungs.len() == self.mutations().len();
+        rungs.dedup();
+        is_alone.then_some(rungs)
     }
 
     /// The rungs whose contacts it changes.

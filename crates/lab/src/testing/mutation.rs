@@ -9,11 +9,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 
 use super::joint::{FailingTest, JointMutant, JudgedMutant, MutantOfSuite, joint_mutants};
 use super::lowered_suite::LoweredSuite;
-use super::mutants::{Mutant, MutantKind, MutatedProgram};
+use super::mutants::{Mutant, MutantKind, MutatedProgram, RungIndex};
 use super::player::{NoSpectator, play};
 use super::random_run;
 use super::suite::{Suite, TestProgram};
 use crate::rig::RigProgram;
+use rungd_language::resolve::program::Program;
 
 /// The maximum number of runs of a random test for each mutant.
 const RUNS_MAX: u32 = 10;
@@ -26,8 +27,20 @@ pub struct MutateOptions<'a> {
     pub kinds: &'a [MutantKind],
     /// Called when a mutant has been judged.
     pub progress: &'a (dyn Fn(MutationProgress) + Sync),
+    /// Proves that a mistake in contacts changes nothing. `false`: that is not shown.
+    pub proves: Option<&'a (dyn Fn(&UnnoticedMutant<'_>) -> bool + Sync)>,
     /// Ends the judgement as soon as it is `true`; the mutants judged so far are kept.
     pub given_up: &'a AtomicBool,
+}
+
+/// A mistake in contacts that no test notices.
+pub struct UnnoticedMutant<'a> {
+    /// A suite of the ladder, which is its first program.
+    pub suite: &'a Suite,
+    /// The ladder with the mistake. Nothing but contacts is different.
+    pub mutated: &'a Program,
+    /// The rungs with the mistake, the last one in the program first.
+    pub rungs: Vec<RungIndex>,
 }
 
 /// How far a judgement is.
@@ -48,6 +61,8 @@ pub struct JudgedLadder {
     pub judged: Vec<JudgedMutant>,
     /// The number of mutants that change nothing; no test could notice them, so they do not count.
     pub unchanged: usize,
+    /// The mutants that change nothing by proof; they do not count either.
+    pub proved: Vec<JudgedMutant>,
     /// The number of mutants that were not judged before the end.
     pub left: usize,
 }
@@ -56,6 +71,8 @@ pub struct JudgedLadder {
 enum Verdict {
     /// It executes and retains the same as its ladder.
     ChangesNothing,
+    /// It does the same as its ladder, by proof.
+    ProvedSame,
     /// The first test that fails; `None`: no test does.
     Judged(Option<FailingTest>),
 }
@@ -95,10 +112,18 @@ pub fn mutate(suites: &[&Suite], options: &MutateOptions) -> JudgedLadder {
     for (at, verdict) in verdicts {
         match verdict {
             Verdict::ChangesNothing => ladder.unchanged += 1,
+            Verdict::ProvedSame => ladder.proved.push(all[at].judged(suites, None)),
             Verdict::Judged(killed_by) => ladder.judged.push(all[at].judged(suites, killed_by)),
         }
     }
     ladder
+}
+
+/// A suite whose ladder executes something else with a mutant.
+struct ChangedSuite<'a> {
+    suite: &'a Suite,
+    mutant: &'a Mutant,
+    mutated: MutatedProgram,
 }
 
 /// What all threads know.
@@ -131,9 +156,10 @@ impl<'a> LadderJudgement<'a> {
         self.options.given_up.load(Ordering::Relaxed)
     }
 
-    /// Runs the suites until a test fails; `None`: they were given up.
+    /// Runs the suites until a test fails, and tries a proof if none does; `None`: they were given
+    /// up.
     fn judge(&self, joint: &JointMutant) -> Option<Verdict> {
-        let mut changes_something = false;
+        let mut changing = Vec::new();
         for MutantOfSuite { suite: at, mutant } in &joint.of_suites {
             let suite = self.suites[*at];
             let mutated = mutant.apply(&suite.programs[0]);
@@ -141,7 +167,6 @@ impl<'a> LadderJudgement<'a> {
             if program.fingerprint() == self.fingerprints[*at] || repeats(suite, mutant, &mutated) {
                 continue;
             }
-            changes_something = true;
             let mut programs = self.programs[*at].clone();
             programs[0] = Arc::new(program.with_devices(&suite.devices));
             let given_up = Some(self.options.given_up);
@@ -152,8 +177,22 @@ impl<'a> LadderJudgement<'a> {
             if let Some(name) = failing {
                 return Some(Verdict::Judged(Some(FailingTest { suite: *at, name })));
             }
+            changing.push(ChangedSuite { suite, mutant, mutated });
         }
-        Some(if changes_something { Verdict::Judged(None) } else { Verdict::ChangesNothing })
+        Some(match changing.as_slice() {
+            [] => Verdict::ChangesNothing,
+            all if all.iter().all(|changed| self.is_proved_same(changed)) => Verdict::ProvedSame,
+            _ => Verdict::Judged(None),
+        })
+    }
+
+    /// Whether it is proved that a mutant does the same as its ladder.
+    fn is_proved_same(&self, changed: &ChangedSuite) -> bool {
+        let ChangedSuite { suite, mutant, mutated } = changed;
+        let (Some(proves), Some(rungs)) = (self.options.proves, mutant.of_contacts_alone()) else {
+            return false;
+        };
+        proves(&UnnoticedMutant { suite, mutated: &mutated.program, rungs })
     }
 
     fn show(&self, verdict: &Verdict, all: u64) {

@@ -34,7 +34,7 @@ fn is_constant(contact: &Contact) -> bool {
 }
 
 /// The opposite of a contact.
-pub(super) fn not(contact: Contact) -> Contact {
+pub(crate) fn not(contact: Contact) -> Contact {
     Contact::Not(Box::new(contact), Span::default())
 }
 

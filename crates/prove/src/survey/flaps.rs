@@ -18,7 +18,7 @@ use crate::cone::cone;
 use crate::explore::changes_for_ever;
 use crate::model::{ProofModel, Target};
 use crate::question::ModelledProgram;
-use crate::race::{Decision, Race};
+use crate::race::{Decision, Effort, Race};
 
 /// The number of scans in which an output changes before its run is executed on.
 const CHANGES: u32 = 4;
@@ -53,7 +53,7 @@ impl FlapSearch<'_> {
         let model = asked.model(self.suite, self.lowered).model;
         let [flaps, is_on] = [model.judged[0], model.judged[1]];
         let cone = cone(&model, &[flaps]);
-        match race.decide_by_effort(&cone, Target { bit: flaps, value: true }) {
+        match race.decide_by_effort(&cone, Target { bit: flaps, value: true }, Effort::SURVEY) {
             Decision::Never(..) => Possibility::Never,
             Decision::Open(_) => Possibility::Open,
             Decision::Found(_, path) => {

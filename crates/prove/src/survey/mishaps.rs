@@ -41,7 +41,7 @@ impl RungMishap {
 }
 
 /// The condition of a mishap: not 0 if it happens.
-pub(super) struct MishapCondition {
+pub(crate) struct MishapCondition {
     pub mishap: RungMishap,
     pub condition: Formula,
 }
@@ -92,7 +92,7 @@ pub(super) fn of_instruction(
 }
 
 /// The mishaps of contacts, each once.
-pub(super) fn of_contacts(contacts: &[Contact]) -> Vec<MishapCondition> {
+pub(crate) fn of_contacts(contacts: &[Contact]) -> Vec<MishapCondition> {
     let mut found = Found::default();
     contacts.iter().for_each(|contact| found.contact(contact));
     found.all()

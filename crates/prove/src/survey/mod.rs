@@ -5,15 +5,15 @@
 //! exploring and deducing, each in its own cone and with a measured effort. So the same ladder has
 //! the same survey on every machine. What a fact says can be was executed.
 
-mod contacts;
+pub(crate) mod contacts;
 mod drafts;
 mod facts;
 mod flaps;
 mod lock;
-mod mishaps;
-mod probes;
+pub(crate) mod mishaps;
+pub(crate) mod probes;
 mod surveyed;
-mod walks;
+pub(crate) mod walks;
 
 use std::collections::HashMap;
 use std::panic::resume_unwind;
@@ -29,7 +29,7 @@ use crate::cone::cone;
 use crate::decide::DecideLimits;
 use crate::model::{ProofModel, Run, Target};
 use crate::question::{ModelWithNames, ModelledProgram};
-use crate::race::Decision;
+use crate::race::{Decision, Effort};
 use drafts::{Draft, ProbedLadder};
 use flaps::FlapSearch;
 use rungd_lab::testing::{self, Suite};
@@ -120,7 +120,7 @@ impl Settling<'_> {
     /// The answers about all conditions, by draft.
     fn all(&self, drafts: &[Draft]) -> Vec<Vec<Possibility>> {
         let is_given_up = || self.limits.given_up.load(Ordering::Relaxed);
-        let seen = walks::walks(self.model, &is_given_up);
+        let seen = walks::walks(self.model, walks::SURVEY_OPERATIONS, &is_given_up);
         let mut answers: Vec<Option<Possibility>> =
             seen.into_iter().map(|path| path.map(Possibility::Can)).collect();
         // What lies within a rung that is never ON is never so either: rungs first.
@@ -205,7 +205,7 @@ impl Settling<'_> {
         }
         let target = Target { bit: self.model.judged[at], value: true };
         let cone = cone(self.model, &[target.bit]);
-        match self.limits.race(Instant::now()).decide_by_effort(&cone, target) {
+        match self.limits.race(Instant::now()).decide_by_effort(&cone, target, Effort::SURVEY) {
             Decision::Never(..) => Possibility::Never,
             Decision::Open(_) => Possibility::Open,
             Decision::Found(_, path) => {

@@ -200,7 +200,7 @@ fn computed(condition: Formula) -> Contact {
     Contact::Computed(Box::new(contact), Span::default())
 }
 
-fn added(contacts: Vec<Contact>, instruction: Instruction) -> Rung {
+pub(crate) fn added(contacts: Vec<Contact>, instruction: Instruction) -> Rung {
     Rung {
         name: None,
         doc: None,
@@ -213,7 +213,7 @@ fn added(contacts: Vec<Contact>, instruction: Instruction) -> Rung {
     }
 }
 
-fn set(bit: Bit) -> Instruction {
+pub(crate) fn set(bit: Bit) -> Instruction {
     acting(Mnemonic::Set, bit)
 }
 

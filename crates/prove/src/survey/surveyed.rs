@@ -17,7 +17,7 @@ use crate::cone::cone;
 use crate::decide::DecideLimits;
 use crate::model::{Path, ProofModel, Run, Target};
 use crate::question::NamedInput;
-use crate::race::{Decision, Race};
+use crate::race::{Decision, Effort, Race};
 use crate::trial::steps;
 
 /// The survey of a ladder.
@@ -74,7 +74,7 @@ impl Survey {
         let cone = cone(&self.model, &[target.bit]);
         let depth = Some(known.scans.len() as u64);
         let race = Race { depth, ..self.limits.race(Instant::now()) };
-        match race.decide_by_effort(&cone, target) {
+        match race.decide_by_effort(&cone, target, Effort::SURVEY) {
             Decision::Found(_, path) => {
                 let path = cone.widened(&path);
                 let is_shorter = path.scans.len() < known.scans.len();

@@ -1,6 +1,6 @@
 //! Walks: runs of the whole model with inputs that change at random, before anything is deduced.
 //!
-//! Called by `survey`. Most of what can be in a ladder is seen in a second, for all facts at once.
+//! Called by `survey` and `mistake`. Most of what can be in a ladder is seen in a second, for all facts at once.
 //! A fact that a walk has shown needs no search. The random numbers are the same on every machine,
 //! and what a walk shows was executed by the engine from a cold start.
 
@@ -9,8 +9,8 @@ use rungd_engine::EngineState;
 
 use crate::model::{Path, ProofModel, Run};
 
-/// The number of operations that all walks execute together, about.
-const OPERATIONS: u64 = 40_000_000;
+/// The number of operations that all walks of a survey execute together, about.
+pub(crate) const SURVEY_OPERATIONS: u64 = 40_000_000;
 /// The least and the greatest number of scans of all walks.
 const SCANS: [u64; 2] = [2_000, 60_000];
 /// The lengths of walks, in scans.
@@ -18,10 +18,15 @@ const LENGTHS: [u64; 4] = [20, 100, 500, 3_000];
 /// The attempts to find inputs that are allowed.
 const ATTEMPTS: usize = 16;
 
-/// The paths to the judged bits that walks have seen ON, by their numbers.
-pub(super) fn walks(model: &ProofModel, is_given_up: &dyn Fn() -> bool) -> Vec<Option<Path>> {
-    let operations = model.code.tables.batches.iter().map(|batch| u64::from(batch.count)).sum();
-    let mut left = (OPERATIONS / u64::max(operations, 1)).clamp(SCANS[0], SCANS[1]);
+/// The paths to the judged bits that walks have seen ON, by their numbers. `operations`: the number
+/// that all walks execute together, about.
+pub(crate) fn walks(
+    model: &ProofModel,
+    operations: u64,
+    is_given_up: &dyn Fn() -> bool,
+) -> Vec<Option<Path>> {
+    let of_scan: u64 = model.code.tables.batches.iter().map(|batch| u64::from(batch.count)).sum();
+    let mut left = (operations / u64::max(of_scan, 1)).clamp(SCANS[0], SCANS[1]);
     let mut found = vec![None; model.judged.len()];
     let mut number = 0;
     while left > 0 && !is_given_up() && found.iter().any(Option::is_none) {

@@ -15,5 +15,6 @@ mod figures;
 mod given;
 mod judged;
 mod lanes;
+mod mistake;
 mod survey;
 mod ways;

@@ -15,7 +15,7 @@ use rungd_language::source::span::Span;
 
 /// The place of a rung in a program. Sorts in the order of the rungs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct RungIndex {
+pub struct RungIndex {
     /// The index of the block.
     pub block: usize,
     /// The index of the Stage in the block; `None`: the block's own rungs.
@@ -26,7 +26,7 @@ pub(super) struct RungIndex {
 
 impl RungIndex {
     /// The list of rungs that contains the rung.
-    fn rungs(self, program: &mut Program) -> &mut Vec<Rung> {
+    pub fn rungs(self, program: &mut Program) -> &mut Vec<Rung> {
         let block = &mut program.blocks[self.block];
         match self.stage {
             None => &mut block.rungs,
