@@ -169,6 +169,52 @@ fn the_inputs_of_a_proof_are_those_that_it_names_also_with_an_observer() {
     assert_eq!(told(2)[0], "proved");
 }
 
+/// A ladder with a condition that turns a lamp ON, and the controller file of its drive.
+fn lamp_ladder(contact: &str) -> String {
+    format!(
+        "[tags]\nlamp = {{ at = \"Y0\" }}\nstatus = {{ at = \"V0\" }}\nready = {{ at = \"C0\" }}\n\
+         [[program]]\nname = \"Main\"\nrung = [{{ when = [\"{contact}\"], do = [\"OUT lamp\"] }}]\n"
+    )
+}
+
+fn lamp_controller(ladder: &str) -> String {
+    format!(
+        "ladder = [\"{ladder}\"]\n[[device]]\nname = \"drive\"\ndriver = \"modbus-tcp\"\n\
+         address = \"127.0.0.1:502\"\nmap = [{{ from = \"holding 0\", to = \"status\" }}, \
+         {{ from = \"coil 0\", to = \"ready\" }}]\n"
+    )
+}
+
+#[test]
+fn what_devices_bring_and_the_time_of_day_may_change_in_a_comparison() {
+    let cases = [
+        ("status > 5", "status > 6", Some(1)),
+        ("status.3", "status.4", Some(1)),
+        ("ready", "$Off", Some(1)),
+        ("drive.Ok & ready", "ready", Some(0)),
+        ("status > 5", "status >= 6", Some(0)),
+        ("$Hour > 5", "$Hour > 6", Some(1)),
+        ("$MaxScanTime > 5", "$Off", Some(1)),
+        ("$Hour > 5", "$Hour >= 6", Some(0)),
+    ];
+    for (old, new, expected) in cases {
+        let (old_ladder, new_ladder) = (lamp_ladder(old), lamp_ladder(new));
+        let [old_file, new_file] = ["old.toml", "new.toml"].map(lamp_controller);
+        let files = Files::new(
+            "equal-inputs",
+            &[
+                ("old.toml", &old_ladder),
+                ("new.toml", &new_ladder),
+                ("old-plc.toml", &old_file),
+                ("new-plc.toml", &new_file),
+            ],
+        );
+        let output = files.run(&["--equal", "old-plc.toml", "new-plc.toml"]);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(code(&output), expected, "{old}, {new}: {} {error}", text(&output));
+    }
+}
+
 #[test]
 fn two_ladders_are_equal_or_a_scenario_tells_them_apart() {
     let same = LADDER.replace(

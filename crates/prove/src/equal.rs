@@ -10,11 +10,14 @@ use std::time::Instant;
 use crate::answer::Way;
 use crate::cone::cone;
 use crate::decide::DecideLimits;
+use crate::inputs::{addresses, brought, is_input, of_arrays, range, x_number};
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
 use crate::question::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion};
 use crate::trial::steps;
-use rungd_engine::isa::{Address, Bit, BitSpace, Mnemonic, NumberMap, Real, Word};
+use rungd_engine::isa::{
+    Address, Bit, BitSpace, DeviceBit, DeviceId, Mnemonic, NumberMap, Real, Word,
+};
 use rungd_engine::{Cell, Layout};
 use rungd_lab::rig::RigProgram;
 use rungd_lab::testing::{
@@ -111,7 +114,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     let model = ProofModel {
         period_ms: question.old.programs[0].controller.period_ms,
         late_max: 1,
-        start: ProofStart::Cold(Vec::new()),
+        start: ProofStart::Cold(connected(&both.program, &judged.code.layout)),
         inputs: free.iter().map(|free| free.input).collect(),
         assumed: Vec::new(),
         judged: judged.behind,
@@ -131,6 +134,12 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
             found.difference(&pairs)
         }
     })
+}
+
+/// Field devices are connected.
+fn connected(program: &Program, layout: &Layout) -> Vec<(Cell, i32)> {
+    let devices = (0..program.sizes.devices).map(DeviceId);
+    devices.map(|id| (Cell::Bit(layout.bit(Bit::Device(id, DeviceBit::Ok))), 1)).collect()
 }
 
 /// The contact that is ON if both ladders give an output the same value.
@@ -191,31 +200,48 @@ impl<'a> LadderPair<'a> {
         self.map.get(old).copied().unwrap_or(old)
     }
 
-    /// The X of the old ladder for each X of the new one that is the same input.
-    fn inputs(&self) -> Result<NumberMap<u32, u32>, String> {
+    /// The input of the old ladder for each one of the new ladder that is the same input.
+    fn inputs(&self) -> Result<NumberMap<Address, Address>, String> {
         let old_names: HashMap<&str, &str> =
             self.map.iter().map(|(old, new)| (*new, *old)).collect();
         let (old, mut pairs) = (Scope::of(self.old), NumberMap::default());
-        for address in addresses(self.new) {
-            let Address::Bit(Bit::Space(BitSpace::X, n)) = address else { continue };
+        let in_arrays: Vec<Address> = of_arrays(self.new).collect();
+        for address in inputs_of(self.question.new) {
+            if in_arrays.contains(&address) {
+                let name = self.new.names.name(address);
+                return Err(format!(
+                    "NEW has the input {name} in an array: copy it out of the array for the \
+                     comparison"
+                ));
+            }
             let paired = match self.new.names.tag(address) {
-                None => Some(n),
-                Some(name) => {
-                    let name = old_names.get(name).copied().unwrap_or(name);
-                    match named(&old, name) {
-                        Some(Address::Bit(Bit::Space(BitSpace::X, n))) => Some(n),
-                        Some(_) => {
-                            return Err(format!("`{name}` is an input of one ladder alone"));
-                        }
-                        None => None,
-                    }
-                }
+                None => Some(address),
+                Some(name) => named(&old, old_names.get(name).copied().unwrap_or(name)),
             };
-            if let Some(paired) = paired {
-                pairs.insert(n, paired);
+            match paired {
+                Some(paired) if self.are_alike(paired, address) => {
+                    pairs.insert(address, paired);
+                }
+                Some(paired) if self.new.names.tag(address).is_some() => {
+                    let name = self.old.names.name(paired);
+                    return Err(format!("`{name}` is an input of one ladder alone"));
+                }
+                Some(_) | None => {}
             }
         }
         Ok(pairs)
+    }
+
+    /// Whether an address of the old ladder is an input of the type of one of the new ladder.
+    fn are_alike(&self, old: Address, new: Address) -> bool {
+        let is_of_type = match (old, new) {
+            (Address::Bit(_), Address::Bit(_)) => true,
+            (Address::Word(old), Address::Word(new)) => {
+                (old.is_real(), old.range()) == (new.is_real(), new.range())
+            }
+            _ => false,
+        };
+        is_of_type && (is_input(&old) || brought(self.question.old).any(|input| input == old))
     }
 
     /// The outputs that are compared.
@@ -262,36 +288,38 @@ impl<'a> LadderPair<'a> {
         Ok(pairs)
     }
 
-    /// What may change before each scan: every X of both ladders.
+    /// What may change before each scan: every input of both ladders, the time of day, and the
+    /// times of scans.
     fn free(&self, cells: &Layout, behind: &Behind) -> Vec<SharedInput> {
         let mut all: Vec<SharedInput> = Vec::new();
         let layouts = [&self.question.old, &self.question.new].map(|suite| {
             RigProgram::new(&suite.programs[0].program, &suite.programs[0].controller)
         });
-        for (side, program) in [self.old, self.new].into_iter().enumerate() {
-            for address in addresses(program) {
-                let Address::Bit(Bit::Space(BitSpace::X, n)) = address else { continue };
+        for (side, suite) in [self.question.old, self.question.new].into_iter().enumerate() {
+            let (program, moved) =
+                (&suite.programs[0].program, suite.programs[0].controller.simulated());
+            for address in inputs_of(suite) {
                 let place = if side == 0 { address } else { behind.address(address) };
                 let Some(cell) = cells.cell(place) else { continue };
                 let at = match all.iter().position(|known| known.input.cell == cell) {
                     Some(at) => at,
                     None => {
-                        let input = FreeInput { cell, low: 0, high: 1, cold: None };
+                        let Some((low, high)) = range(address) else { continue };
+                        let input = FreeInput { cell, low, high, cold: None };
                         all.push(SharedInput { input, named: [None, None] });
                         all.len() - 1
                     }
                 };
                 let own = layouts[side].symbols.layout.cell(address);
                 let name = program.names.name(address);
-                all[at].named[side] = own.map(|cell| NamedInput {
-                    name: name.clone(),
-                    setting: InputSetting::Set(TestOperand {
-                        name,
-                        cell,
-                        input: Some(n),
-                        device: None,
-                    }),
-                    is_written: false,
+                let input = x_number(address);
+                all[at].named[side] = own.map(|cell| {
+                    let operand = TestOperand { name: name.clone(), cell, input, device: None };
+                    let setting = match moved.contains_key(&address) {
+                        true => InputSetting::Force(operand),
+                        false => InputSetting::Set(operand),
+                    };
+                    NamedInput { name, setting, is_written: false }
                 });
             }
         }
@@ -306,10 +334,13 @@ struct SharedInput {
     named: [Option<NamedInput>; 2],
 }
 
-/// The addresses that a ladder names.
-fn addresses(program: &Program) -> impl Iterator<Item = Address> {
-    let arrays = program.arrays.iter().flat_map(|named| named.array.addresses());
-    program.operands.iter().map(|operand| operand.address).chain(arrays)
+/// The inputs of a ladder.
+fn inputs_of(suite: &Suite) -> Vec<Address> {
+    let named = addresses(&suite.programs[0].program).filter(is_input);
+    let mut all: Vec<Address> = named.chain(brought(suite)).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
 }
 
 fn named(scope: &Scope, name: &str) -> Option<Address> {

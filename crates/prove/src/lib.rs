@@ -19,6 +19,7 @@ pub mod explore;
 pub mod gates;
 mod gates_merged;
 pub mod how;
+mod inputs;
 pub mod kept;
 pub mod mistake;
 pub mod model;

@@ -14,6 +14,7 @@ use std::time::{Duration, Instant};
 
 use crate::cone::cone;
 use crate::decide::DecideLimits;
+use crate::inputs::range;
 use crate::model::Target;
 use crate::question::{ModelWithNames, ModelledProgram};
 use crate::race::{Decision, Effort};
@@ -185,11 +186,7 @@ fn unmodelled(program: &Program, lowered: &RigProgram) -> Vec<FreeOperand> {
 /// An operand that has any value before each scan.
 fn free_operand(address: Address, lowered: &RigProgram) -> Option<FreeOperand> {
     let cell = lowered.symbols.layout.cell(address)?;
-    let (low, high) = match address {
-        Address::Bit(_) => (0, 1),
-        Address::Word(word) => word.range(),
-        Address::Structure(_) => return None,
-    };
+    let (low, high) = range(address)?;
     if matches!(cell, Cell::WordBit(_)) {
         return None;
     }

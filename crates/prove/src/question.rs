@@ -10,9 +10,10 @@ use crate::any::{AnyProgram, AnyValue, any_in};
 use crate::cone::Cone;
 use crate::encode::written_limits;
 use crate::gates::GateCut;
+use crate::inputs::{addresses, brought, is_input, range, x_number};
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use crate::retained::{RetainedStart, retained};
-use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Word, WordSpace, status};
+use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
 use rungd_engine::{Cell, Engine, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
 use rungd_lab::testing::{self, Condition, FreeOperand, ProofEvent, Suite, TestOperand};
@@ -325,41 +326,23 @@ impl FreeOperands<'_> {
         code
     }
 
-    /// Every input that the program names: its X, what devices bring, and the time of day.
+    /// Every input that the program names: its X, what devices bring, the time of day, and
+    /// the times of scans.
     fn inputs(&self) -> Vec<FreeOperand> {
-        let of_program = self.program.operands.iter().map(|operand| operand.address);
-        let of_arrays = self.program.arrays.iter().flat_map(|named| named.array.addresses());
         let proof = &self.suite.proof;
         let of_conditions = self.suite.always[0].iter().chain(&proof.assume).chain(&proof.can);
         let of_conditions = of_conditions.flat_map(|condition| {
             condition.operands.iter().filter_map(|(_, cell)| self.layout.address(*cell))
         });
-        let is_input = |address: &Address| match address {
-            Address::Bit(Bit::Space(BitSpace::X, _)) => true,
-            Address::Word(Word::Space(WordSpace::Dst, n)) => status::dst::is_of_clock(*n),
-            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
-        };
-        let named = of_program.chain(of_arrays).chain(of_conditions).filter(is_input);
-        let devices = self.suite.programs[0].controller.devices.iter();
-        let brought = devices.flat_map(|device| device.inputs.iter().map(|input| input.address));
-        named.chain(brought).filter_map(|address| self.free(address)).collect()
+        let named = addresses(self.program).chain(of_conditions).filter(is_input);
+        named.chain(brought(self.suite)).filter_map(|address| self.free(address)).collect()
     }
 
     fn free(&self, address: Address) -> Option<FreeOperand> {
         let cell = self.own.cell(address)?;
         let symbols = &self.suite.programs[0].program.names;
-        let input = match address {
-            Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
-            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
-        };
-        let (low, high) = match address {
-            Address::Bit(_) => (0, 1),
-            Address::Word(word @ Word::Space(WordSpace::Dst, n)) => {
-                status::dst::clock_range(n).unwrap_or(word.range())
-            }
-            Address::Word(word) => word.range(),
-            Address::Structure(_) => return None,
-        };
+        let input = x_number(address);
+        let (low, high) = range(address)?;
         let name = symbols.name(address);
         Some(FreeOperand { operand: TestOperand { name, cell, input, device: None }, low, high })
     }

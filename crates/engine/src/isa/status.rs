@@ -79,6 +79,12 @@ pub mod dst {
         matches!(number, YEAR..=SECOND | DAY_NUMBER | SECOND_OF_DAY)
     }
 
+    /// Whether a word is given from outside of the controller's program: the date and time of day,
+    /// and the times of scans. The seconds without power are those of the start.
+    pub fn is_given(number: u32) -> bool {
+        is_of_clock(number) || matches!(number, SCAN_TIME_US..=LAST_SCAN_TIME_US)
+    }
+
     /// The smallest and the largest value of a word of the date or time of day; `None`: any.
     pub fn clock_range(number: u32) -> Option<(i32, i32)> {
         match number {

@@ -1,7 +1,7 @@
 //! Two programs in one memory: they read the same inputs, and share nothing else.
 //!
 //! `rungd prove --equal` asks whether they do the same. The second program has the status bits and
-//! words and the field devices of the first one, and those of its X that its caller pairs;
+//! words and the field devices of the first one, and those of its inputs that its caller pairs;
 //! everything else that it names lies behind the memory of the first one. No controller executes
 //! the result. Places in the second program are lost.
 
@@ -33,16 +33,20 @@ pub struct ProgramsBeside {
 /// Where a program lies behind another one.
 #[derive(Clone, Debug)]
 pub struct Behind {
-    /// The X of the first program for an X of the second one.
-    inputs: NumberMap<u32, u32>,
+    /// The input of the first program for an input of the second one.
+    inputs: NumberMap<Address, Address>,
     sizes: MemorySizes,
     blocks: u32,
     stages: u32,
 }
 
-/// Puts a program beside another one. `inputs`: the X of the first program for each X of the second
-/// one that is the same input.
-pub fn beside(first: &Program, second: &Program, inputs: NumberMap<u32, u32>) -> ProgramsBeside {
+/// Puts a program beside another one. `inputs`: the bit or word of the first program for each one of
+/// the second that is the same input; none of them lies in an array of the second program.
+pub fn beside(
+    first: &Program,
+    second: &Program,
+    inputs: NumberMap<Address, Address>,
+) -> ProgramsBeside {
     let behind = Behind {
         inputs,
         sizes: first.sizes.clone(),
@@ -113,10 +117,10 @@ impl Behind {
     }
 
     fn bit(&self, bit: Bit) -> Bit {
+        if let Some(Address::Bit(input)) = self.inputs.get(&Address::Bit(bit)) {
+            return *input;
+        }
         match bit {
-            Bit::Space(BitSpace::X, n) if self.inputs.contains_key(&n) => {
-                Bit::Space(BitSpace::X, self.inputs[&n])
-            }
             Bit::Space(space, n) => Bit::Space(space, n + self.shift(Space::Bit(space))),
             Bit::Flag(structure, flag) => Bit::Flag(self.structure(structure), flag),
             Bit::Stage(stage) => Bit::Stage(self.stage_id(stage)),
@@ -130,6 +134,9 @@ impl Behind {
     }
 
     fn word(&self, word: Word) -> Word {
+        if let Some(Address::Word(input)) = self.inputs.get(&Address::Word(word)) {
+            return *input;
+        }
         match word {
             Word::Space(space, n) => Word::Space(space, n + self.shift(Space::Word(space))),
             Word::Acc(structure) => Word::Acc(self.structure(structure)),

@@ -1,0 +1,57 @@
+//! The inputs of a ladder: what comes from outside before each scan.
+//!
+//! Called by `question` and `equal`, which let them have any value, and by `mistake`. Which of them
+//! may change in a proof, and how a test sets them, is said there.
+
+use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace, status};
+use rungd_lab::testing::Suite;
+use rungd_language::resolve::program::Program;
+
+/// The addresses that a ladder names. A bit of a word is its word.
+pub(crate) fn addresses(program: &Program) -> impl Iterator<Item = Address> {
+    let named = program.operands.iter().map(|operand| match operand.address {
+        Address::Bit(Bit::InWord(bit)) => Address::Word(bit.word),
+        other => other,
+    });
+    named.chain(of_arrays(program))
+}
+
+/// The addresses in its arrays.
+pub(crate) fn of_arrays(program: &Program) -> impl Iterator<Item = Address> {
+    program.arrays.iter().flat_map(|named| named.array.addresses())
+}
+
+/// Whether an address is an X, or a status word that is given from outside.
+pub(crate) fn is_input(address: &Address) -> bool {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::X, _)) => true,
+        Address::Word(Word::Space(WordSpace::Dst, n)) => status::dst::is_given(*n),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
+    }
+}
+
+/// What field devices bring.
+pub(crate) fn brought(suite: &Suite) -> impl Iterator<Item = Address> {
+    let devices = suite.programs[0].controller.devices.iter();
+    devices.flat_map(|device| device.inputs.iter().map(|input| input.address))
+}
+
+/// The number of an X.
+pub(crate) fn x_number(address: Address) -> Option<u32> {
+    match address {
+        Address::Bit(Bit::Space(BitSpace::X, n)) => Some(n),
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
+    }
+}
+
+/// The least and the greatest content of a bit or word; `None`: of a structure.
+pub(crate) fn range(address: Address) -> Option<(i32, i32)> {
+    match address {
+        Address::Bit(_) => Some((0, 1)),
+        Address::Word(word @ Word::Space(WordSpace::Dst, n)) => {
+            Some(status::dst::clock_range(n).unwrap_or(word.range()))
+        }
+        Address::Word(word) => Some(word.range()),
+        Address::Structure(_) => None,
+    }
+}
