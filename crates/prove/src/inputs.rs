@@ -9,10 +9,11 @@ use rungd_language::resolve::program::Program;
 
 /// The addresses that a ladder names. A bit of a word is its word.
 pub(crate) fn addresses(program: &Program) -> impl Iterator<Item = Address> {
-    let named = program.operands.iter().map(|operand| match operand.address {
-        Address::Bit(Bit::InWord(bit)) => Address::Word(bit.word),
-        other => other,
-    });
+    let whole = |address| {
+        let Address::Bit(Bit::InWord(bit)) = address else { return address };
+        Address::Word(bit.word)
+    };
+    let named = program.operands.iter().map(move |operand| whole(operand.address));
     named.chain(of_arrays(program))
 }
 

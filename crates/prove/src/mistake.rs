@@ -174,12 +174,12 @@ fn free_suite(suite: &Suite, lowered: &RigProgram) -> Option<Suite> {
 /// scans, forces, and the last scan.
 fn unmodelled(program: &Program, lowered: &RigProgram) -> Vec<FreeOperand> {
     let devices = (0..program.devices.len() as u32).map(DeviceId);
-    let health = devices.flat_map(|id| [DeviceBit::Ok, DeviceBit::Stale].map(|of| (id, of)));
-    let bits = health.map(|(id, of)| Bit::Device(id, of));
+    let health =
+        devices.flat_map(|id| [DeviceBit::Ok, DeviceBit::Stale].map(|bit| Bit::Device(id, bit)));
     let status = [st::LAST_SCAN, st::FORCES_ACTIVE].map(|n| Bit::Space(BitSpace::St, n));
     let times = dst::SCAN_TIME_US..=dst::LAST_SCAN_TIME_US;
     let words = times.chain([dst::DOWN_SECONDS]).map(|n| Word::Space(WordSpace::Dst, n));
-    let all = bits.chain(status).map(Address::Bit).chain(words.map(Address::Word));
+    let all = health.chain(status).map(Address::Bit).chain(words.map(Address::Word));
     all.filter_map(|address| free_operand(address, lowered)).collect()
 }
 

@@ -40,8 +40,8 @@ pub struct Behind {
     stages: u32,
 }
 
-/// Puts a program beside another one. `inputs`: the bit or word of the first program for each one of
-/// the second that is the same input; none of them lies in an array of the second program.
+/// Puts a program beside another one. `inputs`: the bit or word of the first program for each one
+/// of the second that is the same input; none of them lies in an array of the second program.
 pub fn beside(
     first: &Program,
     second: &Program,

@@ -1,8 +1,8 @@
 //! Walks: runs of the whole model with inputs that change at random, before anything is deduced.
 //!
-//! Called by `survey` and `mistake`. Most of what can be in a ladder is seen in a second, for all facts at once.
-//! A fact that a walk has shown needs no search. The random numbers are the same on every machine,
-//! and what a walk shows was executed by the engine from a cold start.
+//! Called by `survey` and `mistake`. Most of what can be in a ladder is seen in a second, for all
+//! facts at once. A fact that a walk has shown needs no search. The random numbers are the same on
+//! every machine, and what a walk shows was executed by the engine from a cold start.
 
 use rungd_base::random::SplitMix64;
 use rungd_engine::EngineState;
