@@ -224,7 +224,10 @@ pub fn load(
         let findings = render_within(&loaded.findings, &loaded.files, style, progress);
         return Err(LoadFailure::Refused(findings));
     }
-    settle(&loaded, progress).map_err(LoadFailure::Refused)
+    let settled = settle(&loaded, progress).map_err(LoadFailure::Refused);
+    drop(loaded);
+    rungd_runtime::return_freed_memory();
+    settled
 }
 
 /// Who may read the files.

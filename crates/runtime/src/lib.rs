@@ -73,6 +73,7 @@ pub use swap::{Generations, Swapped};
 pub use swap::{Package, PackageParts, Reloader};
 pub use sys::boottime_ns;
 pub use sys::monotonic_ns;
+pub use sys::return_freed_memory;
 pub use tape::{TapeEntry, Taped};
 pub use tape_reader::{TapeReader, tape, tape_of};
 pub use tape_section::{SectionStart, TapeSection, TapeStep, runs_behind, tape_steps};

@@ -128,6 +128,17 @@ pub fn limit_arenas() {
     }
 }
 
+/// Returns the memory that was freed to the system: a load frees most of what it needed. Takes
+/// milliseconds, in which other threads may wait for the allocator; the scan thread does not use
+/// it. (For glibc only.)
+pub fn return_freed_memory() {
+    #[cfg(target_env = "gnu")]
+    // SAFETY: takes only a number.
+    unsafe {
+        libc::malloc_trim(0);
+    }
+}
+
 fn checked(result: libc::c_int) -> io::Result<()> {
     if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }

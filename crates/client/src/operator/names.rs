@@ -72,33 +72,33 @@ impl OperandNames {
             }
         }
         for block in program.blocks.iter().filter(|block| !block.is_subroutine()) {
-            names.offered.add(format!("{}.Running", block.name), "a block");
+            names.offered.add(&format!("{}.Running", block.name), "a block");
             if block.kind != BlockKind::Program {
-                names.offered.add(format!("{}.Done", block.name), "a block");
+                names.offered.add(&format!("{}.Done", block.name), "a block");
             }
             for stage in &block.stages {
-                names.offered.add(format!("{}.{}", block.name, stage.name), "a Stage");
+                names.offered.add(&format!("{}.{}", block.name, stage.name), "a Stage");
             }
         }
         for device in &program.devices {
             for health in DeviceBit::ALL {
-                names.offered.add(format!("{}.{}", device, health.name()), "a field device");
+                names.offered.add(&format!("{}.{}", device, health.name()), "a field device");
             }
         }
         for (name, about) in names.groups.names() {
-            names.offered.add(name.to_owned(), about);
+            names.offered.add(name, about);
         }
         for operand in &program.operands {
-            names.offered.add(operand.name().into_owned(), "named in the ladder");
+            names.offered.add(&operand.name(), "named in the ladder");
         }
         names
     }
 
     fn tag(&mut self, name: &str, address: Address, about: &str) {
-        self.offered.add(name.to_owned(), about);
+        self.offered.add(name, about);
         if let Address::Structure(_) = address {
             for (name, member) in address.named_operands(name) {
-                self.offered.add(name, &self.scope.places().say(member));
+                self.offered.add(&name, &self.scope.places().say(member));
             }
         }
     }

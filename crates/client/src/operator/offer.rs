@@ -3,8 +3,8 @@
 //! Part of [`super::names::OperandNames`], which fills it once. A name is first offered up to its
 //! dot, and its members after the dot is typed.
 
-use std::collections::BTreeMap;
-use std::ops::Bound;
+use std::ops::Range;
+use std::sync::OnceLock;
 
 use super::protocol::OfferedName;
 
@@ -18,15 +18,58 @@ const BYTES_MAX: usize = 256 * 1024;
 const ABOUT_CHARS_MAX: usize = 100;
 
 /// Names, each with a short explanation.
+///
+/// All texts are in one string, because a large ladder has a hundred thousand names, and most
+/// controllers are never asked for one. They are put in order when somebody asks.
 #[derive(Debug, Default)]
 pub(super) struct NameOffer {
-    names: BTreeMap<String, String>,
+    texts: String,
+    added: Vec<AddedName>,
+    /// The indexes of the names in byte order; the first of every name.
+    in_order: OnceLock<Vec<u32>>,
+}
+
+/// The places of a name and its explanation in the texts.
+#[derive(Debug)]
+struct AddedName {
+    name: Range<u32>,
+    about: Range<u32>,
 }
 
 impl NameOffer {
     /// Offers a name; the first explanation of a name stays.
-    pub fn add(&mut self, name: String, about: &str) {
-        self.names.entry(name).or_insert_with(|| brief(about));
+    pub fn add(&mut self, name: &str, about: &str) {
+        self.in_order = OnceLock::new();
+        let about = brief(about);
+        let before = self.added.last().map(|last| last.about.clone());
+        let same = before.filter(|before| self.text(before) == about);
+        let name = self.put(name);
+        let about = same.unwrap_or_else(|| self.put(&about));
+        self.added.push(AddedName { name, about });
+    }
+
+    /// Adds a text; returns its place.
+    fn put(&mut self, text: &str) -> Range<u32> {
+        let begin = self.texts.len() as u32;
+        self.texts.push_str(text);
+        begin..self.texts.len() as u32
+    }
+
+    fn text(&self, place: &Range<u32>) -> &str {
+        &self.texts[place.start as usize..place.end as usize]
+    }
+
+    fn name(&self, index: u32) -> &str {
+        self.text(&self.added[index as usize].name)
+    }
+
+    fn in_order(&self) -> &[u32] {
+        self.in_order.get_or_init(|| {
+            let mut all: Vec<u32> = (0..self.added.len() as u32).collect();
+            all.sort_by_key(|index| self.name(*index));
+            all.dedup_by_key(|index| self.name(*index));
+            all
+        })
     }
 
     /// The names that begin with the prefix; if the prefix has a dot, also members.
@@ -39,8 +82,8 @@ impl NameOffer {
             bytes += name.len() + about.len();
             bytes <= BYTES_MAX
         });
-        let named =
-            bounded.map(|(name, about)| OfferedName { name: name.clone(), about: about.clone() });
+        let named = bounded
+            .map(|(name, about)| OfferedName { name: name.to_owned(), about: about.to_owned() });
         let mut names: Vec<OfferedName> = named.collect();
         // The prefix is a whole name: offer the members after its dot.
         if !members && names.iter().all(|name| name.name == prefix) {
@@ -52,17 +95,19 @@ impl NameOffer {
 
     /// The names from a prefix on. Without `members`, only the first of all names with the same
     /// text before the dot: a program may have a hundred thousand Stages.
-    fn from(&self, prefix: &str, members: bool) -> impl Iterator<Item = (&String, &String)> {
-        let mut next = self.names.range::<str, _>((Bound::Included(prefix), Bound::Unbounded));
+    fn from(&self, prefix: &str, members: bool) -> impl Iterator<Item = (&str, &str)> {
+        let all = self.in_order();
+        let first = move |text: &str| all.partition_point(|index| self.name(*index) < text);
+        let mut next = first(prefix);
         let step = move || {
-            let found = next.next()?;
-            if let (false, Some((base, _))) = (members, found.0.split_once('.')) {
+            let index = *all.get(next)?;
+            let name = self.name(index);
+            next += 1;
+            if let (false, Some((base, _))) = (members, name.split_once('.')) {
                 // `/` is the character after `.`.
-                let behind = format!("{base}/");
-                let bounds = (Bound::Included(behind.as_str()), Bound::Unbounded);
-                next = self.names.range::<str, _>(bounds);
+                next = first(&format!("{base}/"));
             }
-            Some(found)
+            Some((name, self.text(&self.added[index as usize].about)))
         };
         std::iter::from_fn(step).take(LOOKED_AT_MAX)
     }
@@ -92,13 +137,13 @@ mod tests {
     fn the_size_of_offered_names_is_limited_for_any_ladder() {
         let mut offer = NameOffer::default();
         for n in 0..3000 {
-            offer.add(format!("tag{n:04}"), &"many words ".repeat(10_000));
+            offer.add(&format!("tag{n:04}"), &"many words ".repeat(10_000));
         }
         let names = offer.beginning("tag");
         assert_eq!(names.len(), NAMES_MAX);
         assert!(names.iter().all(|name| name.about.chars().count() <= ABOUT_CHARS_MAX + 1));
         for n in 0..100 {
-            offer.add(format!("{}{n}", "n".repeat(10_000)), &"x".repeat(5000));
+            offer.add(&format!("{}{n}", "n".repeat(10_000)), &"x".repeat(5000));
         }
         let bytes: usize = offer.beginning("n").iter().map(|name| name.name.len()).sum();
         assert!((1..=BYTES_MAX).contains(&bytes), "{bytes}");
@@ -107,10 +152,10 @@ mod tests {
     fn offering_names_does_not_visit_every_stage() {
         let mut offer = NameOffer::default();
         for n in 0..20_000 {
-            offer.add(format!("Main.Stage{n:05}"), "a Stage");
+            offer.add(&format!("Main.Stage{n:05}"), "a Stage");
         }
-        offer.add("Main-2".to_owned(), "X1");
-        offer.add("Main2".to_owned(), "X2");
+        offer.add("Main-2", "X1");
+        offer.add("Main2", "X2");
         let names = |prefix: &str| {
             offer.beginning(prefix).into_iter().map(|name| name.name).collect::<Vec<_>>()
         };

@@ -61,7 +61,7 @@ pub struct Owner {
     /// The element that contains the instruction.
     pub element: ElementId,
     /// Its presets, by the names of their operands.
-    pub presets: Vec<(&'static str, Value)>,
+    pub presets: Box<[(&'static str, Value)]>,
 }
 
 /// An edge history: of `rise`, `fall`, PD, ND, PONOFF, RESTART, a run-once ENTASK.
@@ -120,7 +120,7 @@ pub struct RungPartText {
     /// The key; of a branch with its number: `branch 2 do`.
     pub key: Cow<'static, str>,
     /// The contacts or instructions, by their places in files.
-    pub texts: Vec<Span>,
+    pub texts: Box<[Span]>,
 }
 
 /// A recurrent ENTASK.
@@ -282,7 +282,7 @@ mod tests {
     use crate::resolve::{LoadOptions, load_ladders};
     use crate::source::span::SourceFile;
 
-    fn identity(ladder: &str) -> Identity {
+    fn identity(ladder: &str) -> Arc<Identity> {
         let file = SourceFile { name: "ladder.toml".into(), text: ladder.into() };
         let (program, findings) = load_ladders(&[file], &LoadOptions::default());
         lower(&program.unwrap_or_else(|| panic!("{findings:?}"))).1.identity

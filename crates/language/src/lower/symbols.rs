@@ -48,7 +48,7 @@ pub struct Symbols {
     /// The rung of each MATH, by its number: `Main, rung 3`.
     pub maths: Vec<String>,
     /// The names of parts with a state.
-    pub identity: Identity,
+    pub identity: Arc<Identity>,
     limits: WordLimits,
 }
 
@@ -66,7 +66,7 @@ impl Symbols {
             alarms: Vec::new(),
             logged: Vec::new(),
             maths: Vec::new(),
-            identity,
+            identity: Arc::new(identity),
             limits: WordLimits::of(program),
         };
         let mut alarms = Vec::new();
