@@ -439,6 +439,7 @@ impl Observer for LogWriter {
         self.log_active_alarms(&standing);
         tell_withheld(self.alarms.rest(now_ns));
         self.watches.ended(&self.narration, now_ns);
+        self.facts.over.notify_one();
     }
 }
 
@@ -465,6 +466,7 @@ mod tests {
             record: None,
             nothing_kept: NothingKept::default(),
             priority: Arc::default(),
+            over: Arc::default(),
         };
         let alarms = AlarmEnds::new(&[]).0;
         LogWriter::new(Generations::new(narration), facts, Vec::new(), alarms)

@@ -20,6 +20,7 @@ mod log_queue;
 mod log_rules;
 mod log_screen;
 mod log_writer;
+mod look_pace;
 mod modbus_start;
 mod narration;
 mod operator_server;

@@ -93,6 +93,8 @@ pub(super) struct LogFacts {
     /// How the scan thread gets a real-time priority; empty if it has one. Known once the thread
     /// has asked for it.
     pub priority: Arc<OnceLock<String>>,
+    /// Told when the monitor's last turn comes.
+    pub over: Arc<tokio::sync::Notify>,
 }
 
 impl LogFacts {
@@ -448,8 +450,8 @@ mod tests {
 
     fn facts(has_operator: bool, nothing_kept: NothingKept) -> LogFacts {
         let (repeat_ns, heartbeat_ns, record) = (0, None, None);
-        let priority = Arc::default();
-        LogFacts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority }
+        let (priority, over) = (Arc::default(), Arc::default());
+        LogFacts { repeat_ns, heartbeat_ns, has_operator, record, nothing_kept, priority, over }
     }
 
     #[test]

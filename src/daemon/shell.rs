@@ -1,15 +1,17 @@
 //! Runs a controller from its start to its end: threads, drivers, signals, systemd.
 //!
 //! Read [`run`] top-down. The scan thread does not depend on this shell. The shell looks at the
-//! scan thread fifty times a second, which is often enough for signals and systemd.
+//! scan thread ten times a second, and more often during a start, a stop and a probation
+//! (`look_pace`). Signals, and the end of the scan thread, wake it.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use tokio::sync::Notify;
 use tokio::sync::watch;
 use tokio::task::JoinSet;
-use tokio::time::{MissedTickBehavior, interval, timeout};
+use tokio::time::{sleep, timeout};
 
 use super::alarm_keeper::SharedBook;
 use super::config::{ControllerSetup, RunningProgram};
@@ -19,6 +21,7 @@ use super::guard::RestartGuard;
 use super::local_time;
 use super::log;
 use super::log_writer::{AlarmEnds, LogWriter};
+use super::look_pace::LookPace;
 use super::modbus_start;
 use super::narration::{LogFacts, Narration};
 use super::operator_server;
@@ -96,8 +99,6 @@ impl ControllerEnd {
     }
 }
 
-/// How often the shell looks at the scan thread.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
 /// Added to the longest time of a scan when the shell waits for the end of the last scan.
 const STOP_SLACK: Duration = Duration::from_secs(2);
 /// The time limit for the end of the drivers: a field device's current exchange, and its last one.
@@ -137,17 +138,17 @@ pub fn run(
         posture: setup.posture.clone(),
         field: setup.field.clone(),
     };
-    let pace = &settings.pace;
     let disk = record::place(&setup, options.record.as_deref());
     let facts = LogFacts {
         repeat_ns: options.repeat.as_nanos() as u64,
-        heartbeat_ns: pace.statistics_every_ns,
+        heartbeat_ns: settings.pace.statistics_every_ns,
         has_operator: !sockets.is_empty(),
         record: disk.as_ref().map(|dir| dir.display().to_string()),
         nothing_kept,
         priority: Arc::default(),
+        over: Arc::default(),
     };
-    let priority = Arc::clone(&facts.priority);
+    let (priority, over) = (Arc::clone(&facts.priority), Arc::clone(&facts.over));
     let healths = devices::healths(&setup.devices);
     let narration = Generations::new(setup.narration.clone());
     let (alarms, news) = AlarmEnds::new(&setup.narration.alarms);
@@ -172,10 +173,10 @@ pub fn run(
     })?;
     let ProcessHost { tokio, signals, start } = host;
     let (running, limit) = (Arc::new(RunningProgram { program, setup }), options.reload_limit);
-    let field = (prepared.lines(), healths);
-    let start = start.clone();
+    let (field, start) = ((prepared.lines(), healths), start.clone());
     let first = FirstProgram { running, reloader, narration, field, limit, sockets, book, start };
-    tokio.block_on(shell(prepared, first, ShellDuties { signals, guard, retention, recording }))
+    let duties = ShellDuties { signals, guard, retention, recording, over };
+    tokio.block_on(shell(prepared, first, duties))
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
@@ -208,6 +209,8 @@ struct ShellDuties<'a> {
     guard: &'a mut RestartGuard,
     retention: Option<RetainHandle>,
     recording: RecordHandle,
+    /// Told when the monitor ends.
+    over: Arc<Notify>,
 }
 
 /// Runs from the start of the drivers to the end of the scan thread.
@@ -288,15 +291,16 @@ async fn attend(
     reloads: &Arc<Reloads>,
     attendance: &mut ShellDuties<'_>,
 ) -> ShellEnd {
-    let ShellDuties { signals, guard, .. } = attendance;
+    let ShellDuties { signals, guard, over, .. } = attendance;
     let (port, started) = (runtime.port(), Instant::now());
-    let (systemd, mut notices) =
-        (Systemd::of_environment(), DueNotices::new(sd_notify::watchdog_enabled()));
-    let mut look = interval(LOOK_EVERY);
-    look.set_missed_tick_behavior(MissedTickBehavior::Skip);
+    let limit = sd_notify::watchdog_enabled();
+    let (systemd, mut notices) = (Systemd::of_environment(), DueNotices::new(limit));
+    let mut pace = LookPace::new(limit);
     let mut asked: Option<(Instant, &str)> = None;
     loop {
+        let is_near = asked.is_some() || !notices.has_told_ready() || reloads.on_trial().is_some();
         tokio::select! {
+            () = over.notified() => pace.end(),
             told = signals.next() => {
                 let SignalOrder::Stop(name) = told else {
                     reloads.hangup();
@@ -311,7 +315,7 @@ async fn attend(
                 notices.stop();
                 runtime.request_stop();
             }
-            _ = look.tick() => {
+            () = sleep(pace.next(is_near)) => {
                 faults::point(FaultPoint::Shell);
                 let (now, pulses) = (started.elapsed(), runtime.pulses());
                 let latest = port.latest();

@@ -129,6 +129,11 @@ impl DueNotices {
         DueNotices { watchdog, stopping: false, ready: false, pulses: 0, fed, told: None, status }
     }
 
+    /// Whether systemd knows that the start is over.
+    pub fn has_told_ready(&self) -> bool {
+        self.ready
+    }
+
     /// Notes that the controller begins to stop.
     pub fn stop(&mut self) {
         self.stopping = true;

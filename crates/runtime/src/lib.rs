@@ -52,7 +52,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
 
 pub use histogram::HistogramBucket;
 pub use image::SafeState;
@@ -387,13 +386,6 @@ fn run_scanner<M: ScannedMachine, C: Clock>(
 
 fn run_monitor<O: Observer>(mut monitor: Monitor<O>) {
     while monitor.turn(monotonic_ns()) {
-        thread::sleep(turn_time(monitor.port.tempo().period_ns));
+        thread::sleep(monitor.rest(monotonic_ns()));
     }
-}
-
-/// A quarter of a period, so that outputs leave and writes are answered soon after a scan; at least
-/// 250 us, at most 10 ms.
-fn turn_time(period_ns: u64) -> Duration {
-    let quarter = Duration::from_nanos(period_ns / 4);
-    quarter.clamp(Duration::from_micros(250), Duration::from_millis(10))
 }

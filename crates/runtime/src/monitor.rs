@@ -1,7 +1,9 @@
 //! The monitor thread: it publishes images and records, and supervises the scan.
 //!
-//! A few hundred times a second it makes the latest image visible in the port, and hands records to
-//! the [`Observer`] (which must not block; the log has a writer thread for that reason). It also
+//! Soon after each scan it makes the latest image visible in the port, and hands records to
+//! the [`Observer`] (which must not block; the log has a writer thread for that reason). The scan
+//! thread wakes nobody, because that is a system call: while it sleeps until a scan, the monitor
+//! sleeps until a moment behind the same deadline. So one turn serves a short scan. It also
 //! checks whether the current scan takes longer than the watchdog, or a due scan is missing for as
 //! long. The scan thread cannot end such a scan; the monitor reports a fault and makes outputs
 //! safe. Because there is no further sign of life, systemd's watchdog then ends the process.
@@ -9,8 +11,10 @@
 //! If the whole process was suspended (SIGSTOP, a paused machine), the monitor was suspended too:
 //! then it gives the scan thread one more watchdog time.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use super::beat::{Beat, Life};
 use super::exchange::{FaultReason, Port, Snapshot};
@@ -74,6 +78,11 @@ impl<O: Observer> Monitor<O> {
         life != Life::Ended
     }
 
+    /// The time from a turn to the next one.
+    pub(super) fn rest(&self, now_ns: u64) -> Duration {
+        rest(now_ns, self.beat.awaited(), self.port.tempo().period_ns)
+    }
+
     fn read_journal(&mut self) {
         // Only the records that are present now: many new records must not delay the check of the
         // watchdog.
@@ -126,5 +135,53 @@ impl<O: Observer> Monitor<O> {
         }
         let excused = self.grace.due_ns == due_ns && now_ns <= self.grace.until_ns;
         !excused && self.beat.miss(due_ns)
+    }
+}
+
+/// The least and the greatest time between two turns. A scan that hangs is noticed within the
+/// greatest one.
+const REST_NS: RangeInclusive<u64> = 250_000..=10_000_000;
+
+/// Until an eighth of a period after the deadline of the awaited scan; while a scan executes, or
+/// none is awaited, a quarter of a period.
+fn rest(now_ns: u64, awaited_ns: Option<u64>, period_ns: u64) -> Duration {
+    let (least, most) = (*REST_NS.start(), *REST_NS.end());
+    let part = |divisor: u64| (period_ns / divisor).clamp(least, most);
+    let ns = match awaited_ns.and_then(|due_ns| due_ns.checked_sub(now_ns)) {
+        Some(until_due_ns) => until_due_ns.saturating_add(part(8)).min(most),
+        None => part(4),
+    };
+    Duration::from_nanos(ns)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn check(awaited_ns: Option<u64>, period_ns: u64, us: u64) {
+        assert_eq!(rest(100 * MS, awaited_ns, period_ns), Duration::from_micros(us));
+    }
+
+    #[test]
+    fn the_monitor_sleeps_until_a_moment_after_the_next_scan_is_due() {
+        check(Some(108 * MS), 8 * MS, 9000);
+        check(Some(100 * MS + 700_000), MS, 950);
+        check(Some(100 * MS), 8 * MS, 1000);
+    }
+
+    #[test]
+    fn while_a_scan_executes_or_is_late_the_monitor_looks_each_quarter_of_a_period() {
+        check(None, 8 * MS, 2000);
+        check(None, MS, 250);
+        check(Some(99 * MS), 8 * MS, 2000);
+    }
+
+    #[test]
+    fn the_monitor_looks_at_least_a_hundred_times_a_second() {
+        check(Some(600 * MS), 1000 * MS, 10_000);
+        check(None, 1000 * MS, 10_000);
+        check(Some(u64::MAX - 2), u64::MAX, 10_000);
     }
 }

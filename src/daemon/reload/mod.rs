@@ -396,7 +396,7 @@ impl Reloads {
         locked(&self.trial)
     }
 
-    fn on_trial(&self) -> Option<(u32, Probation)> {
+    pub fn on_trial(&self) -> Option<(u32, Probation)> {
         *self.trial()
     }
 

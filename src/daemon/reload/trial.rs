@@ -17,7 +17,7 @@ const SCANS_LEAST: u64 = 2;
 
 /// A program within its probation.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Probation {
+pub(in crate::daemon) struct Probation {
     span: Duration,
     /// Whether a fault causes a rollback: the previous program had no fault of its own.
     goes_back: bool,
