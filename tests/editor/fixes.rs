@@ -14,6 +14,7 @@ use crate::editor::findings::shipped;
 use crate::editor::help_trials::{HelpTrials, actions, applied, editor};
 use crate::editor::project::empty;
 use rungd_test_support::helps::Repairs;
+use rungd_test_support::shares::{Share, in_shares};
 
 /// The wrong example of each page of `docs/findings`, in a file or, if it has several, a folder.
 #[test]
@@ -64,16 +65,33 @@ fn wrong_example(page: &str, page_name: &str) -> Vec<(String, String)> {
 #[test]
 fn code_actions_remove_their_findings() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/ui");
-    let mut editor = editor(&folder);
-    let mut trials = HelpTrials::new(&mut editor, Repairs::of(&folder));
-    for name in shipped(&folder) {
-        if let Ok(text) = std::fs::read_to_string(folder.join(&name)) {
-            trials.file(&name, &text);
-        }
-    }
+    let names = shipped(&folder);
+    let done = in_shares(|share| try_files(&folder, &names, share));
+    let mut told: Vec<&(usize, String)> = done.iter().flat_map(|(told, _)| told).collect();
+    told.sort_by_key(|(at, _)| *at);
+    let told: String = told.iter().map(|(_, told)| told.as_str()).collect();
     // A help may name the file by its whole path.
-    let told = trials.end().replace(concat!(env!("CARGO_MANIFEST_DIR"), "/"), "");
+    let told = told.replace(concat!(env!("CARGO_MANIFEST_DIR"), "/"), "");
     expect_test::expect_file!["fixes.txt"].assert_eq(&told);
+    let is_unused = |repair: &&String| done.iter().all(|(_, unused)| unused.contains(*repair));
+    let unused: Vec<&String> = done[0].1.iter().filter(is_unused).collect();
+    assert!(unused.is_empty(), "repairs that no finding needs:\n{unused:#?}");
+}
+
+/// Tries the files of a share in an editor of its own. Returns what was tried, by the numbers of
+/// the files, and the repairs that none of them needs.
+fn try_files(folder: &Path, names: &[String], share: Share) -> (Vec<(usize, String)>, Vec<String>) {
+    let mut editor = editor(folder);
+    let (mut told, mut unused) = (Vec::new(), Repairs::of(folder).unused());
+    for (at, name) in names.iter().enumerate().filter(|(at, _)| share.has(*at)) {
+        let Ok(text) = std::fs::read_to_string(folder.join(name)) else { continue };
+        let mut trials = HelpTrials::new(&mut editor, Repairs::of(folder));
+        trials.file(name, &text);
+        let left = trials.unused();
+        unused.retain(|repair| left.contains(repair));
+        told.push((at, trials.told()));
+    }
+    (told, unused)
 }
 
 const WARNED: &str = r#"[tags]

@@ -151,10 +151,20 @@ impl<'t> HelpTrials<'t> {
 
     /// What was tried; all of it must be right.
     pub fn end(self) -> String {
-        let unused = self.repairs.unused();
-        assert!(self.wrong.is_empty(), "{} wrong:\n{}", self.wrong.len(), self.wrong.join("\n"));
+        let unused = self.unused();
         assert!(unused.is_empty(), "repairs that no finding needs:\n{}", unused.join("\n"));
+        self.told()
+    }
+
+    /// What was tried; all of it must be right. Repairs may be unused.
+    pub fn told(self) -> String {
+        assert!(self.wrong.is_empty(), "{} wrong:\n{}", self.wrong.len(), self.wrong.join("\n"));
         self.told
+    }
+
+    /// The repairs that no finding has needed so far.
+    pub fn unused(&self) -> Vec<String> {
+        self.repairs.unused()
     }
 
     /// Tries all helps of a file.
