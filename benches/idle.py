@@ -1,13 +1,13 @@
 #!/usr/bin/env python3
-"""What a controller costs that nobody looks at: processor time of the process, and of each thread.
+"""What a controller costs that nobody looks at: processor time and wake-ups of each thread.
 
 usage: benches/idle.py [CONTROLLER [SECONDS [PERIOD …]]]
        (default config/rungd.toml, 20, 10ms 1ms)
 
 One run for each period. The first second, with the start, is left out. The figures are nanoseconds
-of /proc/PID/task/*/schedstat, user and system together; a thread is told by its name. Other work on
-the machine makes each wake-up dearer: compare two binaries in one run, one after the other, with
-RUNGD=old,new.
+of /proc/PID/task/*/schedstat, user and system together, and the voluntary switches of its `status`;
+a thread is told by its name. Other work on the machine makes each
+wake-up dearer: compare two binaries in one run, one after the other, with RUNGD=old,new.
 """
 
 import os
@@ -35,16 +35,19 @@ def with_period(period):
 
 
 def thread_times(pid):
-    """The processor time of each thread in ns, by number, with its name."""
+    """The name of each thread, its processor time in ns and its wake-ups, by its number."""
     times = {}
     for task in Path(f"/proc/{pid}/task").iterdir():
         name = (task / "comm").read_text().strip()
-        times[task.name] = (name, int((task / "schedstat").read_text().split()[0]))
+        ns = int((task / "schedstat").read_text().split()[0])
+        status = (task / "status").read_text()
+        wakes = int(re.search(r"(?m)^voluntary_ctxt_switches:\s+(\d+)", status)[1])
+        times[task.name] = (name, ns, wakes)
     return times
 
 
 def measured(rungd, period):
-    """Of a core, in percent: by the names of threads."""
+    """Of a core in percent, and wake-ups a second: by the names of threads."""
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "controller.toml"
         file.write_text(with_period(period))
@@ -60,9 +63,10 @@ def measured(rungd, period):
         process.terminate()
         process.wait()
     shares = {}
-    for number, (name, ns) in after.items():
-        ns -= before.get(number, (name, 0))[1]
-        shares[name] = shares.get(name, 0) + ns / took / 1e7
+    for number, (name, ns, wakes) in after.items():
+        _, ns_before, wakes_before = before.get(number, (name, 0, 0))
+        share, rate = shares.get(name, (0, 0))
+        shares[name] = (share + (ns - ns_before) / took / 1e7, rate + (wakes - wakes_before) / took)
     return shares
 
 
@@ -70,9 +74,10 @@ def main():
     for period in PERIODS:
         for rungd in RUNGDS:
             shares = measured(rungd, period)
-            print(f"{period}, {rungd}: {sum(shares.values()):.2f} % of a core")
-            for name, share in sorted(shares.items(), key=lambda pair: -pair[1]):
-                print(f"    {name:16} {share:6.2f}")
+            whole = sum(share for share, _ in shares.values())
+            print(f"{period}, {rungd}: {whole:.2f} % of a core")
+            for name, (share, rate) in sorted(shares.items(), key=lambda pair: -pair[1][0]):
+                print(f"    {name:16} {share:6.2f} % {rate:8.0f} wake-ups a second")
 
 
 main()

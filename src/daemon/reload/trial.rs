@@ -29,7 +29,7 @@ pub(in crate::daemon) struct Probation {
 
 /// The result of a look at a program on trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ProbationVerdict {
+pub(in crate::daemon) enum ProbationVerdict {
     /// The probation continues.
     Wait,
     /// The program has passed its probation.
