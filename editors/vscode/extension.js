@@ -104,6 +104,7 @@ async function activate(context) {
         on('rungd.restart', restart),
         on('rungd.here.test', here('rungd.test', false)),
         on('rungd.here.simulate', here('rungd.simulate', false)),
+        on('rungd.here.survey', here('rungd.survey', false)),
         on('rungd.here.explain', here('rungd.explain', true)),
         on('rungd.here.why', here('rungd.why', true)),
     );

@@ -8,8 +8,7 @@ use anyhow::Result;
 
 use super::test::{OpenSuite, refused};
 use rungd_config::load::OpenTexts;
-use rungd_config::load::test_ladders::{InputKind, input_kind};
-use rungd_lab::testing::{Suite, read_text};
+use rungd_lab::testing::{Suite, ladders_text, read_text};
 use rungd_language::source::span::SourceFile;
 
 /// Ladders, and what a test file would say of them.
@@ -29,18 +28,7 @@ impl AskedLadders<'_> {
     /// A file cannot be read.
     pub fn suite(&self) -> Result<Option<Suite>> {
         let names: Vec<String> = self.paths.iter().map(|path| path.display().to_string()).collect();
-        let quoted = serde_json::to_string(&names)?;
-        let first = self.paths.first().map_or(Path::new(""), PathBuf::as_path);
-        let kind = input_kind(first, &OpenTexts::default()).map_err(anyhow::Error::msg)?;
-        let ladders = match kind {
-            InputKind::Controller => {
-                format!("controller = {}\n", quoted.trim_matches(['[', ']']))
-            }
-            InputKind::Ladder => {
-                let period = serde_json::to_string(self.period)?;
-                format!("ladder = {quoted}\nperiod = {period}\n")
-            }
-        };
+        let ladders = ladders_text(self.paths, self.period, &OpenTexts::default())?;
         let name = names.join(", ");
         let file = SourceFile { name: name.clone(), text: ladders + self.rest };
         let read = read_text(Path::new("asked.test.toml"), file, None);

@@ -5,6 +5,8 @@ use serde_json::{Value, json};
 
 use crate::editor::client::{Editor, place_of};
 use crate::editor::project::{CONTROLLER, LADDER, TEST, folder};
+#[cfg(feature = "prove")]
+use rungd_test_support::folder::TestFolder;
 use rungd_test_support::running::live::Live;
 
 fn run(editor: &mut Editor, command: &str, arguments: Value) {
@@ -121,7 +123,12 @@ fn a_simulation_is_shown_as_a_picture_or_a_table() {
     let text = editor.disk(LADDER);
     editor.open(LADDER);
     let line = place_of(&text, "[[program]]").0 as u64;
-    let titles = [(line, "simulate".to_owned()), (line, "show live values".to_owned())];
+    let titles = [
+        (line, "simulate".to_owned()),
+        #[cfg(feature = "prove")]
+        (line, "survey".to_owned()),
+        (line, "show live values".to_owned()),
+    ];
     assert_eq!(lenses(&mut editor, LADDER), titles);
     let uri = editor.uri(LADDER);
     run(&mut editor, "rungd.simulate", json!([uri]));
@@ -203,6 +210,57 @@ fn the_name_at_the_cursor_is_explained() {
         let message = said["message"].as_str().unwrap();
         assert!(words.iter().all(|word| message.contains(word)), "{of}: {message}");
     }
+}
+
+#[cfg(feature = "prove")]
+#[test]
+fn a_survey_shows_hints_at_rungs_until_the_text_changes() {
+    let folder = TestFolder::new("editor-survey");
+    let text = "[[program]]\nname = \"Main\"\nrung = [\n  { when = [\"X1\"], do = [\"OUT Y1\"] },\n  \
+                { when = [\"X0\", \"!X0\"], do = [\"OUT Y0\"] },\n]\n";
+    std::fs::write(folder.path().join("ladder.toml"), "").unwrap();
+    let mut editor = editor(folder.path());
+    editor.open_with("ladder.toml", text);
+    let uri = editor.uri("ladder.toml");
+    let hints = |editor: &Editor| -> Vec<Value> {
+        let all = editor.all_diagnostics();
+        let of_file = all.get(&uri).cloned().unwrap_or_default();
+        of_file.into_iter().filter(|one| one["source"] == "rungd survey").collect()
+    };
+    run(&mut editor, "rungd.survey", json!([uri]));
+    assert_eq!(await_told(&mut editor, "window/showMessage")["message"], "survey: 1 hint");
+    while hints(&editor).is_empty() {
+        editor.hear();
+    }
+    let shown = hints(&editor);
+    assert_eq!(shown.len(), 1, "{shown:?}");
+    assert_eq!(shown[0]["severity"], 4);
+    assert_eq!(shown[0]["message"], "Main, rung 2: never ON");
+    assert_eq!(shown[0]["range"]["start"], json!({ "line": 4, "character": 2 }));
+    editor.replace("ladder.toml", &text.replace("!X0", "X2"));
+    while !hints(&editor).is_empty() {
+        editor.hear();
+    }
+    run(&mut editor, "rungd.survey", json!([uri]));
+    let said = await_told(&mut editor, "window/showMessage");
+    assert_eq!(said["message"], "survey: everything is as expected");
+}
+
+#[cfg(feature = "prove")]
+#[test]
+fn a_ladder_with_mistakes_is_not_surveyed() {
+    let folder = folder();
+    let mut editor = editor(folder.path());
+    let text = editor.disk(LADDER).replace("level > 3", "nothing_such > 3");
+    editor.open_with(LADDER, &text);
+    let uri = editor.uri(LADDER);
+    run(&mut editor, "rungd.survey", json!([uri]));
+    let said = await_told(&mut editor, "window/showMessage");
+    let message = said["message"].as_str().unwrap();
+    assert!(
+        message.contains("cannot be surveyed") && message.contains("nothing_such"),
+        "{message}"
+    );
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! The commands of the editor: run tests, simulate, explain a name, explain a value, live view.
+//! The commands of the editor: run tests, simulate, survey, explain a name, explain a value, live
+//! view.
 //!
 //! A command that takes time runs as a job (`jobs`); [`done`] receives its result. The first
 //! argument is a URI. `lenses` and `actions` offer the commands with all their arguments.
@@ -18,6 +19,8 @@ use super::operands;
 use super::outbox::Refreshed;
 use super::simulate_job::{self, SimulateOrder};
 use super::slots::FileKind;
+#[cfg(feature = "prove")]
+use super::survey_job::{self, SurveyHints, SurveyOrder};
 use super::test_job::{self, TestOrder};
 use super::test_results::{FileResults, TestedTexts, are_present, verdict_text, whole};
 use super::uri::path_of;
@@ -31,6 +34,8 @@ pub(super) const EXPLAIN: &str = "rungd.explain";
 pub(super) const WHY: &str = "rungd.why";
 #[cfg(feature = "prove")]
 pub(super) const HOW: &str = "rungd.how";
+#[cfg(feature = "prove")]
+pub(super) const SURVEY: &str = "rungd.survey";
 pub(super) const LIVE_ON: &str = "rungd.live.on";
 pub(super) const LIVE_OFF: &str = "rungd.live.off";
 
@@ -43,6 +48,8 @@ pub(super) const ALL: &[&str] = &[
     WHY,
     #[cfg(feature = "prove")]
     HOW,
+    #[cfg(feature = "prove")]
+    SURVEY,
     LIVE_ON,
     LIVE_OFF,
 ];
@@ -61,6 +68,8 @@ pub(super) fn execute(
         WHY => why(workspace, &arguments)?,
         #[cfg(feature = "prove")]
         HOW => how(workspace, &arguments)?,
+        #[cfg(feature = "prove")]
+        SURVEY => survey(workspace, &arguments)?,
         LIVE_ON => workspace.live.switch(true, &mut workspace.outbox),
         LIVE_OFF => workspace.live.switch(false, &mut workspace.outbox),
         other => bail!("there is no command `{other}`"),
@@ -178,6 +187,22 @@ fn how(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     workspace.jobs.start(HOW.to_owned(), JobSubject::default(), run)
 }
 
+/// `[uri]`
+#[cfg(feature = "prove")]
+fn survey(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
+    let path = arguments.path()?;
+    let root = workspace.project(&path).context("the file cannot be read")?.root.clone();
+    if workspace.library.file(&root).is_some_and(|file| file.kind == FileKind::Test) {
+        bail!("{}: no ladder and no controller file", path.display());
+    }
+    let texts = project_texts(workspace, &path)?;
+    let open = workspace.library.texts();
+    let name = format!("survey {}", root.display());
+    let subject = JobSubject { path: Some(path), texts: texts.clone() };
+    let order = SurveyOrder { root, open, texts };
+    workspace.jobs.start(name, subject, move |place| survey_job::run(order, place))
+}
+
 /// An operand of a running controller.
 struct LiveOperand {
     operand: String,
@@ -219,6 +244,17 @@ pub(super) fn done(workspace: &mut Workspace, made: JobResult) {
         }
         JobResult::Failed(why) => workspace.outbox.say(MessageType::ERROR, why),
         JobResult::Tests(results) => tested(workspace, results),
+        #[cfg(feature = "prove")]
+        JobResult::Survey(hints) => surveyed(workspace, hints),
+    }
+}
+
+#[cfg(feature = "prove")]
+fn surveyed(workspace: &mut Workspace, hints: SurveyHints) {
+    let present = |path: &Path| Some(workspace.library.file(path)?.text.clone());
+    if are_present(hints.texts(), present) {
+        workspace.outbox.say(MessageType::INFO, hints.said());
+        workspace.surveys.add(hints);
     }
 }
 

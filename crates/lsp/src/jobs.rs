@@ -15,6 +15,8 @@ use anyhow::{Context, Result};
 use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use super::scratch::Scratch;
+#[cfg(feature = "prove")]
+use super::survey_job::SurveyHints;
 use super::test_results::{FileResults, TestedTexts, are_present};
 
 /// The result of a job.
@@ -24,6 +26,9 @@ pub(super) enum JobResult {
     Document(PathBuf, bool),
     /// The verdicts of tests.
     Tests(FileResults),
+    /// What a survey has found.
+    #[cfg(feature = "prove")]
+    Survey(SurveyHints),
     /// The job failed, for this reason.
     Failed(String),
 }

@@ -1,4 +1,4 @@
-//! Code lenses: run a test and show its result; simulate a ladder; turn the live view on and off.
+//! Code lenses: run a test and show its result; simulate or survey a ladder; turn the live view on and off.
 
 use std::ops::Range;
 
@@ -6,6 +6,8 @@ use anyhow::Result;
 use lsp_types::{CodeLens, CodeLensParams, Command};
 use serde_json::{Value, json};
 
+#[cfg(feature = "prove")]
+use super::commands::SURVEY;
 use super::commands::{LIVE_OFF, LIVE_ON, SHOW_FAILURE, SIMULATE, TEST};
 use super::file::EditorFile;
 use super::slots::FileKind;
@@ -59,6 +61,8 @@ fn of_ladder(file: &EditorFile, uri: &Value, is_live: bool) -> Vec<CodeLens> {
     };
     vec![
         lens(file, place.clone(), titled("simulate", SIMULATE, vec![uri.clone()])),
+        #[cfg(feature = "prove")]
+        lens(file, place.clone(), titled("survey", SURVEY, vec![uri.clone()])),
         lens(file, place, live),
     ]
 }

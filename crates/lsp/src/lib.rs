@@ -59,6 +59,8 @@ mod scratch;
 mod server;
 mod simulate_job;
 mod slots;
+#[cfg(feature = "prove")]
+mod survey_job;
 mod symbols;
 mod tag_facts;
 mod test_job;

@@ -344,6 +344,12 @@ impl EditorServer {
             let Some(file) = self.workspace.library.file(path) else { continue };
             all.entry(path.clone()).or_default().extend(self.workspace.tests.diagnostics(&file));
         }
+        #[cfg(feature = "prove")]
+        for path in self.workspace.surveys.paths().collect::<BTreeSet<_>>() {
+            let Some(file) = self.workspace.library.file(path) else { continue };
+            let shown = self.workspace.surveys.diagnostics(&file);
+            all.entry(path.clone()).or_default().extend(shown);
+        }
         let gone: Vec<PathBuf> =
             self.published.iter().filter(|path| !all.contains_key(*path)).cloned().collect();
         let cleared = gone.into_iter().map(|path| (path, Vec::new()));

@@ -20,6 +20,8 @@ use super::live_view::EditorLiveView;
 use super::outbox::Outbox;
 use super::project::{Library, Project, is_library};
 use super::slots::FileKind;
+#[cfg(feature = "prove")]
+use super::survey_job::Surveys;
 use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
 use super::words::FileWord;
@@ -45,6 +47,9 @@ pub(super) struct Workspace {
     pub live: EditorLiveView,
     /// The results of tests.
     pub tests: TestResults,
+    /// The hints of surveys.
+    #[cfg(feature = "prove")]
+    pub surveys: Surveys,
     /// The jobs that commands have started.
     pub jobs: Jobs,
     /// The messages to the editor.
@@ -93,6 +98,8 @@ impl Workspace {
             can: ItemAbilities::default(),
             live: EditorLiveView::default(),
             tests: TestResults::default(),
+            #[cfg(feature = "prove")]
+            surveys: Surveys::default(),
             jobs,
             outbox,
             projects: Mutex::default(),
@@ -107,6 +114,8 @@ impl Workspace {
         self.library.changed();
         let library = &self.library;
         self.tests.keep(|path| Some(library.file(path)?.text.clone()));
+        #[cfg(feature = "prove")]
+        self.surveys.keep(|path| Some(library.file(path)?.text.clone()));
         self.jobs.keep(|path| Some(library.file(path)?.text.clone()));
     }
 

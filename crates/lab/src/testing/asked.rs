@@ -1,12 +1,19 @@
 //! A single condition about a program, as a test file would ask it.
 //!
-//! `rungd how` asks about recorded programs, of which there are no files. Nothing is read here.
+//! `rungd how` asks about recorded programs, of which there are no files. Commands that get ladders
+//! instead of a test file write one of them.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::Result;
 
 use super::condition::Condition;
 use super::names::{Observation, TestNames};
 use super::proving::limited;
 use super::suite::{FreeOperand, ProofSettings, Suite, TestProgram};
 use super::written_prove::{ProofEvent, WrittenProve};
+use rungd_config::load::OpenTexts;
+use rungd_config::load::test_ladders::{InputKind, input_kind};
 use rungd_language::resolve::LoadOptions;
 use rungd_language::source::condition::condition;
 use rungd_language::source::finding::Finding;
@@ -61,6 +68,23 @@ pub fn asked_suite(program: TestProgram, asked: AskedCondition) -> Result<Suite,
         scenarios: Vec::new(),
         randoms: Vec::new(),
         proof,
+    })
+}
+
+/// The first lines of a test file about ladder files, or about one controller file. `period`: the
+/// scan period of ladder files.
+///
+/// # Errors
+/// The first file cannot be read.
+pub fn ladders_text(paths: &[PathBuf], period: &str, texts: &OpenTexts) -> Result<String> {
+    let names: Vec<String> = paths.iter().map(|path| path.display().to_string()).collect();
+    let quoted = serde_json::to_string(&names)?;
+    let first = paths.first().map_or(Path::new(""), PathBuf::as_path);
+    Ok(match input_kind(first, texts).map_err(anyhow::Error::msg)? {
+        InputKind::Controller => format!("controller = {}\n", quoted.trim_matches(['[', ']'])),
+        InputKind::Ladder => {
+            format!("ladder = {quoted}\nperiod = {}\n", serde_json::to_string(period)?)
+        }
     })
 }
 

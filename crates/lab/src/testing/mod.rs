@@ -62,7 +62,7 @@ mod watched_tests;
 mod written;
 mod written_prove;
 
-pub use asked::{AskedCondition, asked_suite};
+pub use asked::{AskedCondition, asked_suite, ladders_text};
 pub use condition::Condition;
 pub use coverage::{Coverage, CoverageOptions};
 pub use failure::{Failure, SeenChange, SeenOperand};

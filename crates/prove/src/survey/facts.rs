@@ -95,6 +95,19 @@ impl Fact {
         self.verdict().map(|verdict| format!("{}: {verdict}", self.subject))
     }
 
+    /// Whether it is as everyone expects.
+    pub fn is_ordinary(&self) -> bool {
+        let all = |wanted: fn(&Possibility) -> bool| self.answers.iter().all(wanted);
+        self.verdict().is_none()
+            || match self.kind {
+                FactKind::Output | FactKind::Alarm | FactKind::Stage | FactKind::Done => {
+                    all(|answer| matches!(answer, Possibility::Can(_)))
+                }
+                FactKind::Interlock => all(|answer| matches!(answer, Possibility::Never)),
+                FactKind::Power | FactKind::Part | FactKind::Mishap(_) | FactKind::Flap => false,
+            }
+    }
+
     /// Whether something is not decided.
     pub fn is_open(&self) -> bool {
         !self.is_hidden && self.answers.contains(&Possibility::Open)
