@@ -20,7 +20,9 @@ use super::outbox::Refreshed;
 use super::simulate_job::{self, SimulateOrder};
 use super::slots::FileKind;
 #[cfg(feature = "prove")]
-use super::survey_job::{self, SurveyHints, SurveyOrder};
+use super::survey_hints::SurveyHints;
+#[cfg(feature = "prove")]
+use super::survey_job::{self, SurveyOrder};
 use super::test_job::{self, TestOrder};
 use super::test_results::{FileResults, TestedTexts, are_present, verdict_text, whole};
 use super::uri::path_of;

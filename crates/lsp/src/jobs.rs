@@ -16,7 +16,7 @@ use crossbeam_channel::{Receiver, Sender, unbounded};
 
 use super::scratch::Scratch;
 #[cfg(feature = "prove")]
-use super::survey_job::SurveyHints;
+use super::survey_hints::SurveyHints;
 use super::test_results::{FileResults, TestedTexts, are_present};
 
 /// The result of a job.

@@ -1,4 +1,5 @@
-//! Code lenses: run a test and show its result; simulate or survey a ladder; turn the live view on and off.
+//! Code lenses: run a test and show its result; simulate or survey a ladder; turn the live view on
+//! and off.
 
 use std::ops::Range;
 

@@ -60,6 +60,8 @@ mod server;
 mod simulate_job;
 mod slots;
 #[cfg(feature = "prove")]
+mod survey_hints;
+#[cfg(feature = "prove")]
 mod survey_job;
 mod symbols;
 mod tag_facts;

@@ -21,7 +21,7 @@ use super::outbox::Outbox;
 use super::project::{Library, Project, is_library};
 use super::slots::FileKind;
 #[cfg(feature = "prove")]
-use super::survey_job::Surveys;
+use super::survey_hints::Surveys;
 use super::test_results::TestResults;
 use super::uri::{path_of, uri_of};
 use super::words::FileWord;
