@@ -4,20 +4,24 @@
 //! could not be translated stands in the project as a stub, which `rungd check` refuses, and in the
 //! report.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
 
+use super::check::style;
 use super::exit::{CommandLine, Exit};
 use super::folders::has_text_path;
 use super::init::{MadePaths, refuse_what_is_there};
-use super::terminal::{one_line, print, say_line};
+use super::terminal::{one_line, print, say_findings, say_line};
 use rungd_config::load::read_bytes;
 use rungd_import::l5x;
 use rungd_import::model::ForeignProject;
-use rungd_import::write::{REPORT, files};
+use rungd_import::write::{CONTROLLER, REPORT, files, pinned_names};
+use rungd_lab::testing::{Pin, pinned};
+use rungd_language::source::render::render;
 
 /// Writes a project of another controller's program: Rockwell L5X
 ///
@@ -32,7 +36,18 @@ pub struct ImportArgs {
     /// A directory that is empty or does not exist yet
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Also write a test file, with what the program does in this many scans of random inputs
+    #[arg(long, value_name = "SCANS", value_parser = clap::value_parser!(u64).range(1..=SCANS_MAX))]
+    pin: Option<u64>,
+    /// The seed of the random inputs of `--pin`
+    #[arg(long, value_name = "N", default_value_t = 1, requires = "pin")]
+    seed: u64,
 }
+
+/// Most scans of `--pin`.
+const SCANS_MAX: u64 = 100_000;
+/// The name of the test file of `--pin`.
+const PINNED: &str = "pinned.test.toml";
 
 /// Largest file that is read, in bytes.
 const BYTES_MAX: u64 = 256 * 1024 * 1024;
@@ -61,13 +76,54 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
         "\n{all} rungs: {} kept exactly, {} with a named difference, {} not translated\n",
         counts.exact, counts.different, counts.todo
     ))?;
+    if let Some(scans) = args.pin
+        && counts.todo == 0
+    {
+        pin(args, &project, scans, &mut made)?;
+    }
     if !project.outcome.is_open() {
         return Ok(Exit::Ok);
+    }
+    if args.pin.is_some() && counts.todo > 0 {
+        say_line(
+            "rungd: nothing is pinned: the program is not whole; replace its stubs, then import \
+             again into another directory, or write tests by hand",
+        );
     }
     let report = args.output.join(REPORT);
     let report = report.display().to_string();
     say_line(&format!("rungd: something is left to do: see {}", one_line(&report)));
     Ok(Exit::Refused)
+}
+
+/// Writes the test file of `--pin`.
+fn pin(
+    args: &ImportArgs,
+    project: &ForeignProject,
+    scans: u64,
+    made: &mut MadePaths,
+) -> Result<()> {
+    let path = args.output.join(PINNED);
+    let own: HashSet<String> = pinned_names(project);
+    let is_pinned = |name: &str| own.contains(name.split(['.', '[']).next().unwrap_or_default());
+    let seed = args.seed;
+    let what = "It does not say what is right: a test that fails shows that the program does\n# \
+                something else now.";
+    let head = format!(
+        "# What the program did in {scans} scans of random inputs (seed {seed}) when it was\n# \
+         imported. {what}\ncontroller = \"{CONTROLLER}\"\n"
+    );
+    let pin = Pin { path: &path, head, scans, seed, is_pinned: &is_pinned };
+    let text = match pinned(&pin) {
+        Ok(text) => text,
+        Err(read) => {
+            say_findings(&render(&read.findings, &read.files, style(false)));
+            return Err(anyhow::anyhow!("nothing is pinned: the project has errors"));
+        }
+    };
+    made.write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
+    print(&format!("{}\n", one_line(&path.display().to_string())))?;
+    Ok(())
 }
 
 /// The project of a foreign file.

@@ -8,6 +8,7 @@ mod docs_commands;
 mod draw;
 mod examples;
 mod fmt;
+mod import;
 mod init;
 mod ladder_tests;
 mod lsp;

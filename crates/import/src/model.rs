@@ -80,6 +80,8 @@ pub struct ProjectTag {
     pub doc: String,
     /// Other keys, as TOML: `min = 0`.
     pub more: Vec<String>,
+    /// Whether the import made it for itself: the original has no such tag.
+    pub is_own: bool,
 }
 
 /// A template.

@@ -74,6 +74,7 @@ fn settled(steps: Vec<RungStep>, place: &mut ForeignRung<'_>) -> Vec<RungStep> {
                     name: bit.clone(),
                     kind: "bit".to_owned(),
                     doc: format!("{}: a condition of the rung, kept", place.name),
+                    is_own: true,
                     ..ProjectTag::default()
                 });
                 kept.push(KeptTerm { term: term.clone(), bit });

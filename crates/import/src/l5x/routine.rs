@@ -152,6 +152,7 @@ fn labels(
             name: label.bit.clone(),
             kind: "bit".to_owned(),
             doc: format!("A jump to {} is taken", label.name),
+            is_own: true,
             ..ProjectTag::default()
         });
     }
@@ -304,11 +305,10 @@ impl RoutineWriter<'_, '_> {
     /// tags there were before it.
     fn drop_values(&mut self, declared: usize) {
         let home = self.work.memory.scopes[self.work.scope].home;
-        let is_own = |tag: &ProjectTag| tag.doc.starts_with("A value within a rung");
         let mut at = 0;
         self.work.memory.homes[home].retain(|tag| {
             at += 1;
-            at <= declared || !is_own(tag)
+            at <= declared || !tag.is_own
         });
     }
 
@@ -396,6 +396,7 @@ impl RoutineWriter<'_, '_> {
             name: bit.clone(),
             kind: "bit".to_owned(),
             doc: format!("The zone of the MCR in rung {number}"),
+            is_own: true,
             ..ProjectTag::default()
         });
         let series = &series[..series.len() - 1];

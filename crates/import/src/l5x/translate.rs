@@ -59,6 +59,7 @@ impl Translation<'_> {
             name: name.clone(),
             kind: kind.to_owned(),
             doc: "A value within a rung, made by the import".to_owned(),
+            is_own: true,
             ..ProjectTag::default()
         });
         name

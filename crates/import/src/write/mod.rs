@@ -6,6 +6,8 @@
 mod ladder;
 mod text;
 
+use std::collections::HashSet;
+
 use crate::model::ForeignProject;
 use crate::report;
 use rungd_language::format::formatted;
@@ -38,6 +40,13 @@ pub fn files(project: &ForeignProject) -> Vec<WrittenFile> {
     }
     files.push(WrittenFile { path: REPORT.to_owned(), text: report::text(project) });
     files
+}
+
+/// The names of the tags of the original, without those that the import made for itself: what a
+/// test of the program can name for good.
+pub fn pinned_names(project: &ForeignProject) -> HashSet<String> {
+    let tags = project.files.iter().flat_map(|file| &file.tags);
+    tags.filter(|tag| !tag.is_own).map(|tag| tag.name.clone()).collect()
 }
 
 /// The text in the common layout. A text that is not TOML would be a bug, and stays as it is.

@@ -28,6 +28,7 @@ mod names;
 mod observer_tests;
 mod operand_access;
 mod pasted;
+mod pin;
 mod player;
 mod programs;
 mod proof_run;
@@ -72,6 +73,7 @@ pub use mutants::{MutantKind, RungIndex};
 pub use mutation::{
     JudgedLadder, MutateOptions, MutationProgress, UnnoticedMutant, first_failure, mutate,
 };
+pub use pin::{Pin, pinned};
 pub use proof_run::{FoundRun, TriedRun, run_text, try_run, try_violation};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;

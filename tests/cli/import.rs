@@ -1,0 +1,102 @@
+//! `rungd import` and foreign files as a user runs them: what `--pin` writes passes at once, is the
+//! same each time, and fails after a change.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use rungd_test_support::folder::TestFolder;
+
+/// An L5X file with these tags, each `NAME: TYPE`, and these rungs.
+fn l5x(tags: &[&str], rungs: &[&str]) -> String {
+    let tag = |text: &&str| {
+        let (name, kind) = text.split_once(": ").unwrap();
+        format!("<Tag Name=\"{name}\" TagType=\"Base\" DataType=\"{kind}\"/>")
+    };
+    let rung = |text: &&str| format!("<Rung Type=\"N\"><Text><![CDATA[{text}]]></Text></Rung>");
+    let (tags, rungs): (String, String) =
+        (tags.iter().map(tag).collect(), rungs.iter().map(rung).collect());
+    format!(
+        "<RSLogix5000Content TargetName=\"Belt\" TargetType=\"Controller\"><Controller \
+         Name=\"Belt\"><Tags>{tags}</Tags><Programs><Program Name=\"Belt\" \
+         MainRoutineName=\"Run\"><Routines><Routine Name=\"Run\" Type=\"RLL\"><RLLContent>{rungs}\
+         </RLLContent></Routine></Routines></Program></Programs></Controller></RSLogix5000Content>"
+    )
+}
+
+const TAGS: [&str; 7] =
+    ["start: BOOL", "stop: BOOL", "motor: BOOL", "t: TIMER", "n: DINT", "level: REAL", "hot: BOOL"];
+const RUNGS: [&str; 5] = [
+    "[XIC(start) ,XIC(motor) ]XIC(stop)OTE(motor);",
+    "MOV(500,t.PRE);",
+    "XIC(motor)TON(t,?,?);",
+    "XIC(t.DN)ADD(n,1,n);",
+    "GRT(level,2.5)OTE(hot);",
+];
+
+fn rungd(args: &[&str], folder: &Path) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    command.args(args).current_dir(folder).env("NO_COLOR", "1").env_remove("RUNGD_LOG");
+    command.output().expect("rungd runs")
+}
+
+fn said(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn what_an_import_pins_passes_and_a_changed_rung_fails() {
+    let folder = TestFolder::new("pin");
+    let folder = folder.path();
+    fs::write(folder.join("belt.L5X"), l5x(&TAGS, &RUNGS)).unwrap();
+    let made = rungd(&["import", "belt.L5X", "-o", "belt", "--pin", "4000"], folder);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made.stderr));
+    assert!(said(&made.stdout).ends_with("belt/pinned.test.toml\n"), "{}", said(&made.stdout));
+    let passed = rungd(&["test", "belt/pinned.test.toml"], folder);
+    assert_eq!(
+        said(&passed.stdout),
+        "belt/pinned.test.toml: 2 passed\n",
+        "{}",
+        said(&passed.stderr)
+    );
+    let laid_out = rungd(&["fmt", "--check", "belt/pinned.test.toml"], folder);
+    assert_eq!(laid_out.status.code(), Some(0), "{}", said(&laid_out.stdout));
+    let ladder = folder.join("belt/programs/belt.toml");
+    let text = fs::read_to_string(&ladder).unwrap();
+    for (was, now) in [
+        ("\"stop\"]", "\"!stop\"]"),
+        ("MOVE 500 to", "MOVE 600 to"),
+        ("level > 2.5", "level >= 2.5"),
+    ] {
+        assert!(text.contains(was), "{was}: {text}");
+        fs::write(&ladder, text.replacen(was, now, 1)).unwrap();
+        let failed = rungd(&["test", "belt/pinned.test.toml"], folder);
+        assert_eq!(failed.status.code(), Some(1), "{now}: {}", said(&failed.stdout));
+    }
+}
+
+#[test]
+fn one_seed_pins_the_same_and_another_one_something_else() {
+    let folder = TestFolder::new("pin-seed");
+    let folder = folder.path();
+    fs::write(folder.join("belt.L5X"), l5x(&TAGS, &RUNGS)).unwrap();
+    let pinned = |name: &str, seed: &str| {
+        let args = ["import", "belt.L5X", "-o", name, "--pin", "300", "--seed", seed];
+        assert_eq!(rungd(&args, folder).status.code(), Some(0));
+        let text = fs::read_to_string(folder.join(name).join("pinned.test.toml")).unwrap();
+        text.split_once("[[scenario]]").unwrap().1.to_owned()
+    };
+    assert_eq!(pinned("a", "1"), pinned("b", "1"));
+    assert_ne!(pinned("c", "1"), pinned("d", "2"));
+}
+
+#[test]
+fn a_program_with_a_stub_is_not_pinned() {
+    let folder = TestFolder::new("pin-stub");
+    let folder = folder.path();
+    fs::write(folder.join("belt.L5X"), l5x(&TAGS, &["XIC(start)MSG(m);"])).unwrap();
+    let made = rungd(&["import", "belt.L5X", "-o", "belt", "--pin", "10"], folder);
+    assert_eq!(made.status.code(), Some(1));
+    assert!(said(&made.stderr).contains("nothing is pinned"), "{}", said(&made.stderr));
+    assert!(!folder.join("belt/pinned.test.toml").exists());
+}
