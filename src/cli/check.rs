@@ -10,6 +10,7 @@ use clap::{Args, ValueEnum};
 
 use super::exit::{CommandLine, Exit};
 use super::fmt_file;
+use super::foreign;
 use super::terminal::{one_line, print, say_findings, say_line};
 use rungd_config::load::{self, InputFile, Loaded};
 use rungd_language::resolve::places::TagPlace;
@@ -22,7 +23,7 @@ use rungd_lsp::Corrected;
 #[derive(Args, Debug)]
 pub struct CheckArgs {
     /// Ladder files, which form one program together, and controller files, each of which is
-    /// checked with the ladder files that it names
+    /// checked with the ladder files that it names; also files that `rungd import` reads
     #[arg(required = true, value_name = "FILE.toml")]
     files: Vec<PathBuf>,
     /// First write the corrections that are certain into the files, and print each
@@ -57,6 +58,10 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
     let mut all = Loaded::default();
     let mut addresses = String::new();
     for path in &args.files {
+        if foreign::is_foreign(path) {
+            append(&mut all, foreign::checked(path)?, &mut addresses);
+            continue;
+        }
         let input = InputFile::read(path)?;
         if input.is_controller() {
             append(&mut all, load::controller_input(&input), &mut addresses);
@@ -80,6 +85,10 @@ pub fn check(args: &CheckArgs) -> Result<Exit> {
 /// A file is no regular file, or cannot be read or written. What was written before stays.
 fn fix(paths: &[PathBuf]) -> Result<()> {
     for path in paths.iter().filter(|path| !is_in_library(path)) {
+        if foreign::is_foreign(path) {
+            let message = format!("{}: --fix corrects files of rungd only", path.display());
+            return Err(CommandLine(message).into());
+        }
         if !std::fs::metadata(path).with_context(|| path.display().to_string())?.is_file() {
             let message = format!(
                 "{}: --fix corrects regular files only: name the file itself",

@@ -21,7 +21,7 @@ use rungd_lab::draw::text::WireStyle;
 /// cross-reference, and needs no other file.
 #[derive(Args, Debug)]
 pub struct DrawArgs {
-    /// A controller file, or ladder files
+    /// A controller file, ladder files, or a file that `rungd import` reads (.L5X)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// The file to write; its ending (.svg, .html or .txt) selects the format

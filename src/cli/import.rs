@@ -1,23 +1,21 @@
 //! `rungd import`: writes a project of the program of another controller.
 //!
-//! `rungd_import` reads the file and makes the texts; this module reads and writes the disk. What
+//! `rungd_import` reads the file and makes the texts; this module writes the disk. What
 //! could not be translated stands in the project as a stub, which `rungd check` refuses, and in the
 //! report.
 
 use std::collections::HashSet;
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::{Context, Result};
 use clap::Args;
 
 use super::check::style;
-use super::exit::{CommandLine, Exit};
+use super::exit::Exit;
 use super::folders::has_text_path;
+use super::foreign;
 use super::init::{MadePaths, refuse_what_is_there};
 use super::terminal::{one_line, print, say_findings, say_line};
-use rungd_config::load::read_bytes;
-use rungd_import::l5x;
 use rungd_import::model::ForeignProject;
 use rungd_import::write::{CONTROLLER, REPORT, files, pinned_names};
 use rungd_lab::testing::{Pin, pinned};
@@ -49,9 +47,6 @@ const SCANS_MAX: u64 = 100_000;
 /// The name of the test file of `--pin`.
 const PINNED: &str = "pinned.test.toml";
 
-/// Largest file that is read, in bytes.
-const BYTES_MAX: u64 = 256 * 1024 * 1024;
-
 /// Imports the file.
 ///
 /// # Errors
@@ -59,7 +54,7 @@ const BYTES_MAX: u64 = 256 * 1024 * 1024;
 /// written.
 pub fn import(args: &ImportArgs) -> Result<Exit> {
     has_text_path(&args.output)?;
-    let project = read(&args.file)?;
+    let project = foreign::read(&args.file)?;
     refuse_what_is_there(&args.output)?;
     let mut made = MadePaths::default();
     for file in files(&project) {
@@ -124,24 +119,4 @@ fn pin(
     made.write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
     print(&format!("{}\n", one_line(&path.display().to_string())))?;
     Ok(())
-}
-
-/// The project of a foreign file.
-///
-/// # Errors
-/// The file cannot be read, or is of no known form.
-pub fn read(path: &Path) -> Result<ForeignProject> {
-    let name = || one_line(&path.display().to_string()).into_owned();
-    let about = fs::metadata(path).with_context(name)?;
-    if about.len() > BYTES_MAX {
-        let mb = about.len() / (1024 * 1024);
-        return Err(CommandLine(format!("{}: {mb} MB; at most 256 MB are read", name())).into());
-    }
-    let bytes = read_bytes(path).with_context(name)?;
-    let text = String::from_utf8_lossy(&bytes);
-    if !l5x::is_l5x(&text) {
-        let message = format!("{}: neither an L5X nor another form that is known", name());
-        return Err(CommandLine(message).into());
-    }
-    l5x::read(&text).map_err(|why| anyhow::anyhow!("{}: {why}", name()))
 }

@@ -29,6 +29,7 @@ mod fmt_file;
 mod folded;
 mod folders;
 mod force;
+mod foreign;
 mod habits;
 #[cfg(feature = "prove")]
 mod how;

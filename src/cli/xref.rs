@@ -13,6 +13,7 @@ use clap::Args;
 use super::check::style;
 use super::default_files::given_or_default;
 use super::exit::Exit;
+use super::foreign;
 use super::terminal::{plain_json, print, say, say_findings, say_line};
 use rungd_config::load::{self, Loaded, identity};
 use rungd_history::observe::Subject;
@@ -44,8 +45,8 @@ pub struct XrefArgs {
 /// The program of a question.
 #[derive(Args, Debug)]
 pub struct ProgramArgs {
-    /// The controller file, or the ladder files (default: the controller file of this folder,
-    /// else the service's)
+    /// The controller file, the ladder files, or a file for `rungd import` (default: the controller
+    /// file of this folder, else the service's)
     #[arg(long = "in", value_name = "FILE")]
     files: Vec<PathBuf>,
 }
@@ -132,6 +133,9 @@ impl ProgramArgs {
 
     fn read(&self) -> Result<Loaded> {
         let files = given_or_default(&self.files)?;
+        if let Some(loaded) = foreign::shown(&files)? {
+            return Ok(loaded);
+        }
         match files.as_slice() {
             [one] if load::is_controller_file(one)? => load::controller_file(one),
             _ => load::ladder_files(&files),

@@ -1,5 +1,5 @@
 //! `rungd import` and foreign files as a user runs them: what `--pin` writes passes at once, is the
-//! same each time, and fails after a change.
+//! same each time, and fails after a change; `check`, `draw` and `xref` of a foreign file.
 
 use std::fs;
 use std::path::Path;
@@ -99,4 +99,34 @@ fn a_program_with_a_stub_is_not_pinned() {
     assert_eq!(made.status.code(), Some(1));
     assert!(said(&made.stderr).contains("nothing is pinned"), "{}", said(&made.stderr));
     assert!(!folder.join("belt/pinned.test.toml").exists());
+}
+
+#[test]
+fn a_foreign_file_is_drawn_checked_and_looked_up_without_an_import() {
+    let folder = TestFolder::new("foreign");
+    let folder = folder.path();
+    let rungs = ["[XIC(start) ,XIC(motor) ]XIC(stop)OTE(motor);", "XIC(start)MSG(m);"];
+    fs::write(folder.join("belt.L5X"), format!("\u{feff}\n{}", l5x(&TAGS, &rungs))).unwrap();
+    let drawn = rungd(&["draw", "belt.L5X"], folder);
+    assert_eq!(drawn.status.code(), Some(0), "{}", said(&drawn.stderr));
+    let text = said(&drawn.stdout);
+    let rung = "1. r0  belt.L5X/programs/belt.toml:8\n│ start   stop   motor\n\
+                ├──] [──┬─] [─────( )\n│ motor │\n├──] [──┘\n";
+    assert!(text.contains(rung), "{text}");
+    let stub = "NOT TRANSLATED: the instruction MSG\nThe original: XIC(start)MSG(m);\n";
+    assert!(text.contains(stub), "{text}");
+    let found = rungd(&["xref", "--in", "belt.L5X", "motor"], folder);
+    assert_eq!(found.status.code(), Some(0), "{}", said(&found.stderr));
+    assert!(said(&found.stdout).contains("OUT motor"), "{}", said(&found.stdout));
+    let checked = rungd(&["check", "belt.L5X"], folder);
+    assert_eq!(checked.status.code(), Some(78), "{}", said(&checked.stderr));
+    let errors = said(&checked.stderr);
+    assert!(errors.contains("error[imported-todo]"), "{errors}");
+    assert!(errors.contains("belt.L5X/programs/belt.toml:"), "{errors}");
+    let refused = rungd(&["check", "--fix", "belt.L5X"], folder);
+    assert!(said(&refused.stderr).contains("--fix corrects files of rungd only"));
+    let beside = rungd(&["draw", "belt.L5X", "belt.L5X"], folder);
+    assert!(said(&beside.stderr).contains("stands alone"), "{}", said(&beside.stderr));
+    let made: Vec<_> = fs::read_dir(folder).unwrap().collect();
+    assert_eq!(made.len(), 1);
 }

@@ -4,6 +4,7 @@
 //! file and need only the texts. The layout is that of `rungd fmt`.
 
 mod ladder;
+mod stubs;
 mod text;
 
 use std::collections::HashSet;
@@ -11,6 +12,7 @@ use std::collections::HashSet;
 use crate::model::ForeignProject;
 use crate::report;
 use rungd_language::format::formatted;
+pub use stubs::draw_stubs;
 use text::quoted;
 
 /// A file.

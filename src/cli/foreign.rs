@@ -1,0 +1,87 @@
+//! Files of other controllers: read for `rungd import`, and in place of ladder files for `check`,
+//! `draw` and `xref`.
+//!
+//! `rungd_import` makes a project of such a file. Here it is loaded from memory, and nothing is
+//! written. A file of the project has a name within the foreign one, as
+//! `Conveyor.L5X/programs/belt.toml`.
+
+use std::fs::{self, File};
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::{Context, Result};
+
+use super::exit::CommandLine;
+use super::terminal::one_line;
+use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
+use rungd_import::l5x;
+use rungd_import::model::ForeignProject;
+use rungd_import::write::{CONTROLLER, draw_stubs, files};
+
+/// How much of a file tells whether it is a foreign one, in bytes.
+const HEAD: usize = 256;
+
+/// Largest file that is read, in bytes.
+const BYTES_MAX: u64 = 256 * 1024 * 1024;
+
+/// Whether a file is one of another controller: it begins as XML does, and TOML cannot.
+pub(super) fn is_foreign(path: &Path) -> bool {
+    // A pipe is read once, by what needs its text.
+    let is_regular = fs::metadata(path).is_ok_and(|about| about.is_file());
+    let mut head = [0; HEAD];
+    let read = is_regular.then(|| File::open(path).and_then(|mut file| file.read(&mut head)));
+    let Some(Ok(length)) = read else { return false };
+    let text = head[..length].strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head[..length]);
+    text.trim_ascii_start().starts_with(b"<")
+}
+
+/// The program of a foreign file; a rung that is not translated is the finding `imported-todo`.
+///
+/// # Errors
+/// The file cannot be read, or is of no known form.
+pub(super) fn checked(path: &Path) -> Result<Loaded> {
+    loaded(path, &read(path)?)
+}
+
+/// The program of a command's files, if they are one foreign file. A rung that is not translated
+/// is drawn as one that never acts, with the original's text.
+///
+/// # Errors
+/// The file cannot be read, is of no known form, or is named beside others.
+pub(super) fn shown(paths: &[PathBuf]) -> Result<Option<Loaded>> {
+    let Some(path) = paths.iter().find(|path| is_foreign(path)) else { return Ok(None) };
+    if paths.len() > 1 {
+        let message = format!("{}: a file of another controller stands alone", path.display());
+        return Err(CommandLine(message).into());
+    }
+    let mut project = read(path)?;
+    draw_stubs(&mut project);
+    loaded(path, &project).map(Some)
+}
+
+fn loaded(path: &Path, project: &ForeignProject) -> Result<Loaded> {
+    let texts = files(project).into_iter();
+    let texts = texts.map(|file| (identity(&path.join(&file.path)), Arc::from(file.text)));
+    load::controller_among(&path.join(CONTROLLER), &OpenTexts::new(texts))
+}
+
+/// The project of a foreign file.
+///
+/// # Errors
+/// The file cannot be read, or is of no known form.
+pub fn read(path: &Path) -> Result<ForeignProject> {
+    let name = || one_line(&path.display().to_string()).into_owned();
+    let about = fs::metadata(path).with_context(name)?;
+    if about.len() > BYTES_MAX {
+        let mb = about.len() / (1024 * 1024);
+        return Err(CommandLine(format!("{}: {mb} MB; at most 256 MB are read", name())).into());
+    }
+    let bytes = read_bytes(path).with_context(name)?;
+    let text = String::from_utf8_lossy(&bytes);
+    if !l5x::is_l5x(&text) {
+        let message = format!("{}: neither an L5X nor another form that is known", name());
+        return Err(CommandLine(message).into());
+    }
+    l5x::read(&text).map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+}
