@@ -13,6 +13,7 @@ import collections
 import json
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import sys
@@ -41,8 +42,9 @@ def asked(controller):
 
 
 def record(controller, folder):
-    """Runs a controller, and records it."""
-    command = [RUNGD, "run", str(controller), "--record", str(folder / "record")]
+    """Runs a copy of a controller, and records it: what it keeps beside its file goes with the copy."""
+    shutil.copytree(controller.parent, folder / "config")
+    command = [RUNGD, "run", str(folder / "config" / controller.name), "--record", str(folder / "record")]
     environment = {**os.environ, "RUNGD_SOCKET": str(folder / "rungd.sock"), "XDG_RUNTIME_DIR": str(folder)}
     with open(folder / "log", "wb") as log:
         running = subprocess.Popen(command, stdout=log, stderr=log, env=environment, cwd=folder)
