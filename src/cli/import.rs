@@ -5,13 +5,13 @@
 //! report.
 
 use std::collections::HashSet;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use clap::Args;
 
 use super::check::style;
-use super::exit::Exit;
+use super::exit::{CommandLine, Exit};
 use super::folders::has_text_path;
 use super::foreign;
 use super::init::{MadePaths, refuse_what_is_there};
@@ -25,12 +25,12 @@ use rungd_language::source::render::render;
 ///
 /// The directory gets a controller file, ladder files and a report, which says what became of every
 /// rung. The exit code is 0 only if nothing is left open; else it is 1, and `rungd check` names
-/// each stub.
+/// each stub. Several files become projects beside each other, each in a directory with its name.
 #[derive(Args, Debug)]
 pub struct ImportArgs {
-    /// An export of Studio 5000 (.L5X)
-    #[arg(value_name = "FILE")]
-    file: PathBuf,
+    /// Exports of Studio 5000 (.L5X)
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
     /// A directory that is empty or does not exist yet
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
@@ -47,18 +47,41 @@ const SCANS_MAX: u64 = 100_000;
 /// The name of the test file of `--pin`.
 const PINNED: &str = "pinned.test.toml";
 
-/// Imports the file.
+/// Imports the files.
 ///
 /// # Errors
-/// The file cannot be read or is of no known form; the directory is not empty, or cannot be
-/// written.
+/// A file cannot be read or is of no known form, two files have one name, or a directory is not
+/// empty or cannot be written. What was imported before stays.
 pub fn import(args: &ImportArgs) -> Result<Exit> {
     has_text_path(&args.output)?;
-    let project = foreign::read(&args.file)?;
-    refuse_what_is_there(&args.output)?;
+    if let [file] = &args.files[..] {
+        return one(args, file, &args.output);
+    }
+    let mut folders = Vec::new();
+    for file in &args.files {
+        let folder = args.output.join(file.file_stem().unwrap_or(file.as_os_str()));
+        if folders.contains(&folder) {
+            let name = one_line(&folder.display().to_string()).into_owned();
+            return Err(CommandLine(format!("two files would be imported into {name}")).into());
+        }
+        folders.push(folder);
+    }
+    let mut exit = Exit::Ok;
+    for (file, folder) in args.files.iter().zip(&folders) {
+        if matches!(one(args, file, folder)?, Exit::Refused) {
+            exit = Exit::Refused;
+        }
+    }
+    Ok(exit)
+}
+
+/// Imports a file into a directory.
+fn one(args: &ImportArgs, file: &Path, output: &Path) -> Result<Exit> {
+    let project = foreign::read(file)?;
+    refuse_what_is_there(output)?;
     let mut made = MadePaths::default();
     for file in files(&project) {
-        let path = args.output.join(&file.path);
+        let path = output.join(&file.path);
         if let Err(error) = made.write_new(&path, &file.text) {
             let rest = made.removed();
             return Err(error).with_context(|| format!("cannot write {}{rest}", path.display()));
@@ -74,7 +97,8 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
     if let Some(scans) = args.pin
         && counts.todo == 0
     {
-        pin(args, &project, scans, &mut made)?;
+        let place = PinnedPlace { path: output.join(PINNED), scans, seed: args.seed };
+        pin(&place, &project, &mut made)?;
     }
     if !project.outcome.is_open() {
         return Ok(Exit::Ok);
@@ -85,30 +109,31 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
              again into another directory, or write tests by hand",
         );
     }
-    let report = args.output.join(REPORT);
+    let report = output.join(REPORT);
     let report = report.display().to_string();
     say_line(&format!("rungd: something is left to do: see {}", one_line(&report)));
     Ok(Exit::Refused)
 }
 
-/// Writes the test file of `--pin`.
-fn pin(
-    args: &ImportArgs,
-    project: &ForeignProject,
+/// The test file of `--pin`.
+struct PinnedPlace {
+    path: PathBuf,
     scans: u64,
-    made: &mut MadePaths,
-) -> Result<()> {
-    let path = args.output.join(PINNED);
+    seed: u64,
+}
+
+/// Writes the test file of `--pin`.
+fn pin(place: &PinnedPlace, project: &ForeignProject, made: &mut MadePaths) -> Result<()> {
+    let PinnedPlace { path, scans, seed } = place;
     let own: HashSet<String> = pinned_names(project);
     let is_pinned = |name: &str| own.contains(name.split(['.', '[']).next().unwrap_or_default());
-    let seed = args.seed;
     let what = "It does not say what is right: a test that fails shows that the program does\n# \
                 something else now.";
     let head = format!(
         "# What the program did in {scans} scans of random inputs (seed {seed}) when it was\n# \
          imported. {what}\ncontroller = \"{CONTROLLER}\"\n"
     );
-    let pin = Pin { path: &path, head, scans, seed, is_pinned: &is_pinned };
+    let pin = Pin { path, head, scans: *scans, seed: *seed, is_pinned: &is_pinned };
     let text = match pinned(&pin) {
         Ok(text) => text,
         Err(read) => {
@@ -116,7 +141,7 @@ fn pin(
             return Err(anyhow::anyhow!("nothing is pinned: the project has errors"));
         }
     };
-    made.write_new(&path, &text).with_context(|| format!("cannot write {}", path.display()))?;
+    made.write_new(path, &text).with_context(|| format!("cannot write {}", path.display()))?;
     print(&format!("{}\n", one_line(&path.display().to_string())))?;
     Ok(())
 }

@@ -130,3 +130,18 @@ fn a_foreign_file_is_drawn_checked_and_looked_up_without_an_import() {
     let made: Vec<_> = fs::read_dir(folder).unwrap().collect();
     assert_eq!(made.len(), 1);
 }
+
+#[test]
+fn several_files_become_projects_beside_each_other() {
+    let folder = TestFolder::new("several");
+    let folder = folder.path();
+    fs::write(folder.join("one.L5X"), l5x(&TAGS, &RUNGS)).unwrap();
+    fs::write(folder.join("two.L5X"), l5x(&TAGS, &["XIC(start)MSG(m);"])).unwrap();
+    let made = rungd(&["import", "one.L5X", "two.L5X", "-o", "all"], folder);
+    assert_eq!(made.status.code(), Some(1), "{}", said(&made.stderr));
+    assert!(folder.join("all/one/controller.toml").exists());
+    assert!(folder.join("all/two/import-report.md").exists());
+    let refused = rungd(&["import", "one.L5X", "./one.L5X", "-o", "more"], folder);
+    assert!(said(&refused.stderr).contains("two files would be imported into more/one"));
+    assert!(!folder.join("more").exists());
+}
