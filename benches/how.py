@@ -43,7 +43,8 @@ def asked(controller):
 
 def record(controller, folder):
     """Runs a copy of a controller, and records it: what it keeps beside its file goes with the copy."""
-    shutil.copytree(controller.parent, folder / "config")
+    left = shutil.ignore_patterns("*.sock*", "*.retain*")
+    shutil.copytree(controller.parent, folder / "config", ignore=left)
     command = [RUNGD, "run", str(folder / "config" / controller.name), "--record", str(folder / "record")]
     environment = {**os.environ, "RUNGD_SOCKET": str(folder / "rungd.sock"), "XDG_RUNTIME_DIR": str(folder)}
     with open(folder / "log", "wb") as log:
