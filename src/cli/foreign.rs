@@ -15,9 +15,9 @@ use anyhow::{Context, Result};
 use super::exit::CommandLine;
 use super::terminal::one_line;
 use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
-use rungd_import::l5x;
 use rungd_import::model::ForeignProject;
 use rungd_import::write::{CONTROLLER, draw_stubs, files};
+use rungd_import::{l5x, plcopen};
 
 /// How much of a file tells whether it is a foreign one, in bytes.
 const HEAD: usize = 256;
@@ -79,9 +79,13 @@ pub fn read(path: &Path) -> Result<ForeignProject> {
     }
     let bytes = read_bytes(path).with_context(name)?;
     let text = String::from_utf8_lossy(&bytes);
-    if !l5x::is_l5x(&text) {
-        let message = format!("{}: neither an L5X nor another form that is known", name());
+    let project = if l5x::is_l5x(&text) {
+        l5x::read(&text)
+    } else if plcopen::is_plcopen(&text) {
+        plcopen::read(&text)
+    } else {
+        let message = format!("{}: neither an L5X nor a PLCopen XML file", name());
         return Err(CommandLine(message).into());
-    }
-    l5x::read(&text).map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+    };
+    project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))
 }

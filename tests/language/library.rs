@@ -48,10 +48,20 @@ rung = [
   { use = "PlantDrive", name = "pd", with = { control = "hours[1]", reference = "hours[2]", status = "V13", rate = 500 } },
   { use = "Sequence", name = "s", with = { kinds = "hours", start = "X21", done = "X22" } },
   { use = "ShortCycle", name = "sc", with = { wanted = "X13", on_time = "1m", off_time = "2m" } },
+  { use = "Ton", name = "ton", with = { IN = "X30", PT = "2s" } },
+  { use = "Tof", name = "tof", with = { IN = "X30", PT = "2s" } },
+  { use = "Tp", name = "tp", with = { IN = "X30", PT = "2s" } },
+  { use = "Ctu", name = "ctu", with = { CU = "X31", PV = 5 } },
+  { use = "Ctd", name = "ctd", with = { CD = "X31", PV = 5 } },
+  { use = "Ctud", name = "ctud", with = { CU = "X31", CD = "X32", PV = 5 } },
+  { use = "RTrig", name = "rose", with = { CLK = "X33" } },
+  { use = "FTrig", name = "fell", with = { CLK = "X33" } },
+  { use = "Sr", name = "sr", with = { S1 = "X34", R = "X35" } },
+  { use = "Rs", name = "rs1", with = { S = "X34", R = "X35" } },
 ]
 "#;
 
-pub const LIBRARY: [&str; 27] = [
+pub const LIBRARY: [&str; 28] = [
     "alternate",
     "debounce",
     "drive",
@@ -60,6 +70,7 @@ pub const LIBRARY: [&str; 27] = [
     "flasher",
     "hour-meter",
     "hysteresis",
+    "iec",
     "lead-lag",
     "pid",
     "plant-belt",

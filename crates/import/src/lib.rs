@@ -10,6 +10,7 @@ pub mod condition;
 pub mod l5x;
 pub mod model;
 pub mod names;
+pub mod plcopen;
 pub mod report;
 pub mod rungs;
 pub mod write;

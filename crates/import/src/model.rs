@@ -16,6 +16,8 @@ pub struct ForeignProject {
     pub origin: String,
     /// The scan period, in ms.
     pub period_ms: u32,
+    /// Files of the library that it uses: `lib:iec`.
+    pub libraries: Vec<&'static str>,
     /// Ladder files that every project of this form has: records and templates.
     pub parts: Vec<ProjectPart>,
     /// Its ladder files, in scan order.

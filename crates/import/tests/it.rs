@@ -4,3 +4,4 @@
 
 mod l5x;
 mod plant;
+mod plcopen;

@@ -39,6 +39,7 @@ files! {
     "flasher"
     "hour-meter"
     "hysteresis"
+    "iec"
     "lead-lag"
     "pid"
     "plant-belt"

@@ -83,6 +83,7 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
         doc: file.doc.clone(),
         origin: format!("Rockwell L5X, {} {}, revision {}", file.target, file.name, file.revision),
         period_ms: plan.period_ms,
+        libraries: Vec::new(),
         parts: vec![LOGIX],
         files,
         outcome,

@@ -59,7 +59,9 @@ fn laid_out(text: String) -> String {
 fn controller(project: &ForeignProject) -> String {
     let parts = project.parts.iter().map(|part| part.name);
     let names = parts.chain(project.files.iter().map(|file| file.name.as_str()));
-    let ladders: Vec<String> = names.map(|name| quoted(&format!("programs/{name}.toml"))).collect();
+    let own = names.map(|name| format!("programs/{name}.toml"));
+    let libraries = project.libraries.iter().map(|library| (*library).to_owned());
+    let ladders: Vec<String> = libraries.chain(own).map(|path| quoted(&path)).collect();
     let mut text = text::comment(&format!("{}. {}", project.origin, project.doc));
     text += &format!(
         "\nladder = [\n{}]\n",

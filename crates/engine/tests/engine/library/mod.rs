@@ -8,6 +8,7 @@ mod analog;
 mod durations;
 mod duty;
 mod first_out;
+mod iec;
 mod pid;
 mod plants;
 mod pumps;

@@ -95,6 +95,7 @@ fn the_library_has_the_recorded_mutants() {
         flasher: 25
         hour-meter: 28
         hysteresis: 14
+        iec: 168
         lead-lag: 163
         pid: 157
         plant-belt: 162

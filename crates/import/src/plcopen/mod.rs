@@ -1,0 +1,45 @@
+//! PLCopen XML (TC6 2.01): ladder bodies, as OpenPLC, Beremiz and CODESYS write them.
+//!
+//! [`read`] makes a project of the text of a file. `document` has what the file says, `graph` the
+//! parts of a ladder body and in which order they act, `memory` where the variables lie, `passes`
+//! what a body does, `project` puts the parts together. What is exact and what differs stands in
+//! `docs/import/plcopen.md`.
+
+mod block_calls;
+mod body;
+mod calculations;
+mod dispatch;
+mod document;
+mod elements;
+mod finish;
+mod formula;
+mod functions;
+mod graph;
+mod initial;
+mod literals;
+mod memory;
+mod networks;
+mod passes;
+mod power;
+mod project;
+mod statements;
+mod tasks;
+mod types;
+mod xml;
+
+use crate::model::ForeignProject;
+
+/// Whether a text is a PLCopen file.
+pub fn is_plcopen(text: &str) -> bool {
+    let head: String = text.chars().take(4096).collect();
+    head.contains("plcopen.org/xml/tc6")
+}
+
+/// The project of a PLCopen file.
+///
+/// # Errors
+/// The text is no XML, or no PLCopen project; the reason has the place.
+pub fn read(text: &str) -> Result<ForeignProject, String> {
+    let file = document::read(text.trim_start_matches('\u{feff}'))?;
+    Ok(project::project(&file))
+}

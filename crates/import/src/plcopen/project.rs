@@ -1,0 +1,465 @@
+//! The parts of a PLCopen file as a project: which file has what, and what executes when.
+
+use std::collections::{HashMap, HashSet};
+
+use super::block_calls::standard_members;
+use super::body::{BodyPlace, TranslatedBody, UnitBlock, UnitBlocks, UnitInput};
+use super::document::{
+    DeclaredVariable, PlcopenFile, ProgramUnit, UnitBody, VariableUse, WrittenType,
+};
+use super::elements::{ElementBody, LadderElement};
+use super::graph::LadderGraph;
+use super::memory::{BlockMember, BlockMembers, PlcopenMemory};
+use super::networks::{description, networks, parts};
+use super::passes::translated;
+use super::tasks::{ProgramPace, TaskPlan, TimedProgram, plan};
+use super::types::{IecType, VariableKind, resolved};
+use crate::model::{
+    Fate, ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectRung,
+    ProjectTag, ProjectTemplate, RungBody, RungOutcome, UnwrittenTag,
+};
+use crate::names::legal;
+use rungd_language::source::renaming::kebab;
+
+/// Warnings about habits of programs for IEC 61131-3.
+const HABITS: [&str; 6] = [
+    "out-elsewhere",
+    "set-never-reset",
+    "reset-never-set",
+    "never-written",
+    "unused-tag",
+    "unused-template",
+];
+
+/// The project of a file.
+pub(super) fn project(file: &PlcopenFile) -> ForeignProject {
+    let plan = plan(file);
+    let mut memory = PlcopenMemory::default();
+    memory.blocks.extend(standard_members());
+    memory.written = written_names(file);
+    memory.scope("", &file.globals, &file.types);
+    let mut outcome = Outcome {
+        differences: plan.differences.clone(),
+        open: plan.open.clone(),
+        ..Outcome::default()
+    };
+    let mut globals = LadderFile {
+        name: "global-tags".to_owned(),
+        doc: "Global variables and function blocks".to_owned(),
+        allow: HABITS.to_vec(),
+        ..LadderFile::default()
+    };
+    let mut work = ProjectWork {
+        file,
+        memory: &mut memory,
+        units: HashMap::new(),
+        outcome: &mut outcome,
+        starts: Vec::new(),
+    };
+    globals.templates = work.function_blocks();
+    let ladders = work.programs(&plan);
+    work.left_out(&plan);
+    let units = work.units.len();
+    let starts = std::mem::take(&mut work.starts);
+    globals.tags = memory.scopes[0].tags.clone();
+    globals.records = memory.records.clone();
+    outcome.renamed = memory.names.renamed.clone();
+    outcome.unwritten = unwritten(&memory);
+    let mut files = ladders;
+    let is_empty = globals.tags.is_empty() && globals.records.is_empty() && units == 0;
+    if !is_empty {
+        files.insert(0, globals);
+    }
+    main(starts, &mut files);
+    ForeignProject {
+        name: if file.name.is_empty() { "import".to_owned() } else { file.name.clone() },
+        doc: String::new(),
+        origin: format!("PLCopen XML, {}", file.product),
+        period_ms: plan.period_ms,
+        libraries: vec!["lib:iec"],
+        parts: Vec::new(),
+        files,
+        outcome,
+    }
+}
+
+/// What the parts of a file become parts of.
+struct ProjectWork<'w> {
+    file: &'w PlcopenFile,
+    memory: &'w mut PlcopenMemory,
+    units: UnitBlocks,
+    outcome: &'w mut Outcome,
+    /// What starts the programs that are slower than the scan.
+    starts: Vec<String>,
+}
+
+impl ProjectWork<'_> {
+    /// Translates the function blocks, each behind those that it uses.
+    fn function_blocks(&mut self) -> Vec<ProjectTemplate> {
+        let file = self.file;
+        let is_block = |unit: &&ProgramUnit| unit.kind == "functionBlock";
+        let mut waiting: Vec<&ProgramUnit> = file.units.iter().filter(is_block).collect();
+        let names: Vec<String> = waiting.iter().map(|unit| unit.name.to_lowercase()).collect();
+        let mut templates = Vec::new();
+        while !waiting.is_empty() {
+            let is_ready = |unit: &&ProgramUnit| {
+                let used = unit.variables.iter().filter_map(|variable| {
+                    let kind = resolved(&variable.kind, &file.types);
+                    if let WrittenType::Derived(name) = kind {
+                        Some(name.to_lowercase())
+                    } else {
+                        None
+                    }
+                });
+                used.filter(|name| names.contains(name)).all(|name| self.units.contains_key(&name))
+            };
+            let Some(at) = waiting.iter().position(is_ready) else { break };
+            let unit = waiting.remove(at);
+            let key = unit.name.to_lowercase();
+            let UnitBody::Ladder(elements) = &unit.body else {
+                self.units.insert(key, Err(format!("its body is in {}", language(unit))));
+                continue;
+            };
+            templates.push(self.function_block(unit, elements));
+        }
+        for unit in waiting {
+            let why = "it uses itself, through others too".to_owned();
+            if let UnitBody::Ladder(elements) = &unit.body {
+                self.refused(unit, elements, &format!("a function block: {why}"));
+            }
+            self.units.insert(unit.name.to_lowercase(), Err(why));
+        }
+        templates
+    }
+
+    /// A function block with a ladder as a template. What an instance keeps are the template's own
+    /// tags; what it gets by reference is a parameter.
+    fn function_block(
+        &mut self,
+        unit: &ProgramUnit,
+        elements: &[LadderElement],
+    ) -> ProjectTemplate {
+        // A template has names of its own; those of global variables stay free for them.
+        let names = self.memory.names.clone();
+        let renamed = names.renamed.len();
+        let scope = self.memory.scope(&unit.name, &unit.variables, &self.file.types);
+        self.count_calls(scope, elements);
+        let place = BodyPlace { scope, prefix: "own", title: &unit.name, is_template: true };
+        let done = translated(self.memory, &self.units, elements, place);
+        self.outcome.rungs.extend(done.outcomes);
+        let changed = self.memory.names.renamed[renamed..].to_vec();
+        self.memory.names = names;
+        self.memory.names.renamed.extend(changed);
+        let mut tags = self.memory.scopes[scope].tags.clone();
+        let mut block = UnitBlock {
+            template: legal(&unit.name),
+            inputs: Vec::new(),
+            is_open: !self.memory.scopes[0].tags.is_empty(),
+        };
+        let mut members = BlockMembers::default();
+        let mut parameters = Vec::new();
+        let mut missing = None;
+        for declared in &unit.variables {
+            let Some(id) = self.memory.variable(scope, &declared.name) else { continue };
+            let variable = &self.memory.variables[id];
+            let tag = variable.name.clone();
+            let is_reference = declared.usage == VariableUse::InOut;
+            let is_input = declared.usage == VariableUse::Input;
+            let VariableKind::Plain(kind) = variable.kind else {
+                if is_reference || is_input {
+                    missing = Some(format!("its input {} is no plain value", declared.name));
+                }
+                continue;
+            };
+            if is_reference {
+                tags.retain(|own| own.name != tag);
+                parameters.push(reference(declared, &tag, kind));
+            }
+            if is_input || is_reference {
+                let name = declared.name.clone();
+                block.inputs.push(UnitInput { name, tag: tag.clone(), kind, is_reference });
+            }
+            if is_input || declared.usage == VariableUse::Output {
+                members.members.insert(declared.name.to_lowercase(), BlockMember { tag, kind });
+            }
+        }
+        let key = unit.name.to_lowercase();
+        self.memory.blocks.insert(key.clone(), members);
+        let template = block.template.clone();
+        self.units.insert(key, missing.map_or(Ok(block), Err));
+        for tag in &mut tags {
+            // A template's own tags have no addresses.
+            tag.at = None;
+        }
+        ProjectTemplate {
+            name: template,
+            doc: if unit.doc.is_empty() { unit.name.clone() } else { unit.doc.clone() },
+            parameters,
+            tags,
+            rungs: filled(done.rungs),
+        }
+    }
+
+    /// Counts how often each instance is called.
+    fn count_calls(&mut self, scope: usize, elements: &[LadderElement]) {
+        for element in elements {
+            if let ElementBody::Block(block) = &element.body
+                && let Some(name) = &block.instance
+                && let Some(id) = self.memory.variable(scope, name)
+            {
+                *self.memory.calls.entry(id).or_default() += 1;
+            }
+        }
+    }
+
+    /// The ladders of the programs.
+    fn programs(&mut self, plan: &TaskPlan) -> Vec<LadderFile> {
+        let file = self.file;
+        let mut scopes = Vec::new();
+        for planned in &plan.programs {
+            let unit = &file.units[planned.unit];
+            let name = title(plan, planned, unit);
+            let scope = self.memory.scope(name, &unit.variables, &file.types);
+            if let UnitBody::Ladder(elements) = &unit.body {
+                self.count_calls(scope, elements);
+            }
+            scopes.push(scope);
+        }
+        let mut ladders = Vec::new();
+        let mut has_main = false;
+        for (planned, scope) in plan.programs.iter().zip(scopes) {
+            let unit = &file.units[planned.unit];
+            let UnitBody::Ladder(elements) = &unit.body else { continue };
+            let title = title(plan, planned, unit);
+            let prefix = legal(title).to_lowercase();
+            let place = BodyPlace { scope, prefix: &prefix, title, is_template: false };
+            let done = translated(self.memory, &self.units, elements, place);
+            self.outcome.rungs.extend(done.outcomes.iter().cloned());
+            let is_main = planned.turn == ProgramPace::Scan && !has_main;
+            has_main |= is_main;
+            let name = match is_main {
+                true => "Main".to_owned(),
+                false => self.memory.names.fresh(title),
+            };
+            if let ProgramPace::Every(ms) = planned.turn {
+                self.starts.push(format!("ENTASK {name} every={ms}ms"));
+            }
+            ladders.push(self.ladder(planned, scope, done, ProgramName { title, name, unit }));
+        }
+        let mut taken: Vec<String> = vec!["global-tags".to_owned()];
+        for ladder in &mut ladders {
+            let base = ladder.name.clone();
+            let mut number = 2;
+            while taken.contains(&ladder.name) {
+                ladder.name = format!("{base}-{number}");
+                number += 1;
+            }
+            taken.push(ladder.name.clone());
+        }
+        ladders
+    }
+
+    fn ladder(
+        &mut self,
+        planned: &TimedProgram,
+        scope: usize,
+        done: TranslatedBody,
+        name: ProgramName<'_>,
+    ) -> LadderFile {
+        let kind = match planned.turn {
+            ProgramPace::Scan => ProjectBlockKind::Program,
+            ProgramPace::Every(_) => ProjectBlockKind::Task,
+            ProgramPace::Never => ProjectBlockKind::StartedProgram,
+        };
+        let file_name = kebab(name.title);
+        let block = ProjectBlock {
+            kind,
+            name: name.name,
+            doc: String::new(),
+            rungs: done.rungs,
+            stages: Vec::new(),
+        };
+        LadderFile {
+            name: if file_name.is_empty() { "program".to_owned() } else { file_name },
+            doc: format!("The program {}. {}", name.title, name.unit.doc).trim().to_owned(),
+            allow: HABITS.to_vec(),
+            records: Vec::new(),
+            tags: self.memory.scopes[scope].tags.clone(),
+            templates: Vec::new(),
+            blocks: [vec![block], done.blocks].concat(),
+        }
+    }
+
+    /// Names what is in other languages.
+    fn left_out(&mut self, plan: &TaskPlan) {
+        let file = self.file;
+        for (at, unit) in file.units.iter().enumerate() {
+            let what = match unit.kind.as_str() {
+                "functionBlock" => "function block",
+                kind => kind,
+            };
+            match &unit.body {
+                UnitBody::Other { language, size } => {
+                    let size = if language == "ST" || language == "IL" {
+                        format!("{size} lines")
+                    } else {
+                        format!("{size} elements")
+                    };
+                    let text = format!("the {what} {} is in {language}, {size}", unit.name);
+                    let runs = |planned: &TimedProgram| {
+                        planned.unit == at && planned.turn != ProgramPace::Never
+                    };
+                    if plan.programs.iter().any(runs) {
+                        self.outcome.open.push(format!("{text}: not translated"));
+                    }
+                    self.outcome.left_out.push(text);
+                }
+                UnitBody::Ladder(elements) if unit.kind == "function" => {
+                    self.refused(unit, elements, "a ladder of a function");
+                }
+                UnitBody::Ladder(_) => {}
+            }
+            for other in &unit.others {
+                self.outcome.left_out.push(format!("the {other} of {}", unit.name));
+            }
+        }
+        let retained = file.units.iter().flat_map(|unit| &unit.variables).chain(&file.globals);
+        let retained: Vec<&str> = retained
+            .filter(|variable| variable.is_retained)
+            .map(|variable| variable.name.as_str())
+            .collect();
+        if !retained.is_empty() {
+            self.outcome.differences.push(format!(
+                "{} variables are RETAIN: name their tags in [retain] of the controller file ({})",
+                retained.len(),
+                retained.join(", ")
+            ));
+        }
+    }
+
+    /// The networks of a ladder that is not translated.
+    fn refused(&mut self, unit: &ProgramUnit, elements: &[LadderElement], why: &str) {
+        let graph = LadderGraph::of(elements);
+        let (networks, _) = networks(&graph);
+        let outcomes = networks.iter().enumerate().map(|(number, network)| RungOutcome {
+            place: unit.name.clone(),
+            number,
+            text: description(&graph, network),
+            parts: parts(&graph, network),
+            fate: Fate::Todo(why.to_owned()),
+        });
+        self.outcome.rungs.extend(outcomes);
+    }
+}
+
+/// The names of an instance of a program.
+struct ProgramName<'n> {
+    title: &'n str,
+    /// Its block here.
+    name: String,
+    unit: &'n ProgramUnit,
+}
+
+/// What an instance of a program is called: as its program, if it is the only one.
+fn title<'t>(plan: &'t TaskPlan, planned: &'t TimedProgram, unit: &'t ProgramUnit) -> &'t str {
+    let count = plan.programs.iter().filter(|other| other.unit == planned.unit).count();
+    if count == 1 { &unit.name } else { &planned.name }
+}
+
+fn language(unit: &ProgramUnit) -> &str {
+    match &unit.body {
+        UnitBody::Other { language, .. } => language,
+        UnitBody::Ladder(_) => "LD",
+    }
+}
+
+/// The parameter for a variable that a block gets by reference.
+fn reference(declared: &DeclaredVariable, tag: &str, kind: IecType) -> ProjectTag {
+    let kind = match kind.plain() {
+        "bit" => "output",
+        "int" => "int-out",
+        _ => "real-out",
+    };
+    ProjectTag {
+        name: tag.to_owned(),
+        kind: kind.to_owned(),
+        doc: declared.doc.clone(),
+        ..ProjectTag::default()
+    }
+}
+
+/// Rungs of a template, which must have one.
+fn filled(mut rungs: Vec<ProjectRung>) -> Vec<ProjectRung> {
+    if rungs.is_empty() {
+        rungs.push(plain_rung("nothing", "$Off", vec!["STOP".to_owned()]));
+    }
+    rungs
+}
+
+fn plain_rung(name: &str, contact: &str, body: Vec<String>) -> ProjectRung {
+    let body = RungBody::Ladder { when: vec![contact.to_owned()], body, branches: Vec::new() };
+    ProjectRung { name: Some(name.to_owned()), doc: String::new(), body }
+}
+
+/// The program `Main`, which always runs: it starts what is slower than the scan.
+fn main(starts: Vec<String>, files: &mut Vec<LadderFile>) {
+    let mut blocks = files.iter().flat_map(|file| &file.blocks);
+    if blocks.all(|block| block.name != "Main") {
+        files.push(LadderFile {
+            name: "main".to_owned(),
+            doc: "No program of the original runs in every scan".to_owned(),
+            blocks: vec![ProjectBlock {
+                kind: ProjectBlockKind::Program,
+                name: "Main".to_owned(),
+                doc: String::new(),
+                rungs: Vec::new(),
+                stages: Vec::new(),
+            }],
+            ..LadderFile::default()
+        });
+    }
+    let main =
+        files.iter_mut().flat_map(|file| &mut file.blocks).find(|block| block.name == "Main");
+    if let Some(main) = main.filter(|_| !starts.is_empty()) {
+        main.rungs.insert(0, plain_rung("start-tasks", "$On", starts));
+    }
+}
+
+/// The names that coils and variables at the end of a line write, in small letters.
+fn written_names(file: &PlcopenFile) -> HashSet<String> {
+    let mut names = HashSet::new();
+    for unit in &file.units {
+        let UnitBody::Ladder(elements) = &unit.body else { continue };
+        for element in elements {
+            if let ElementBody::Coil { variable: name, .. }
+            | ElementBody::OutVariable { expression: name, .. } = &element.body
+            {
+                names.insert(name.trim().to_lowercase());
+            }
+        }
+    }
+    names
+}
+
+/// The tags that the program reads, and nothing writes.
+fn unwritten(memory: &PlcopenMemory) -> Vec<UnwrittenTag> {
+    let mut found: Vec<UnwrittenTag> = Vec::new();
+    for variable in &memory.variables {
+        let is_value =
+            !matches!(variable.kind, VariableKind::Instance(_) | VariableKind::Missing(_));
+        let is_inner = matches!(variable.usage, VariableUse::Input | VariableUse::InOut);
+        let is_open = variable.is_read && !variable.is_written && is_value && !is_inner;
+        if is_open && found.iter().all(|tag| tag.name != variable.name) {
+            found.push(UnwrittenTag {
+                name: variable.name.clone(),
+                was: variable.original.clone(),
+                source: match &variable.address {
+                    Some(address) => format!("the address {address}"),
+                    None if variable.is_guessed => "not declared in the file".to_owned(),
+                    None => "an operator, or a constant".to_owned(),
+                },
+            });
+        }
+    }
+    found
+}

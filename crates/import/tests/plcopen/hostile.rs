@@ -1,0 +1,106 @@
+//! Files that mean harm, and damaged ones: a reason or findings, never a panic.
+
+use rungd_base::random::SplitMix64;
+use rungd_import::model::Fate;
+use rungd_import::plcopen;
+use rungd_test_support::setting::setting;
+
+use super::file;
+use super::generator::{below, project};
+use crate::plant;
+
+/// What damages a file: signs of XML and of the language, and letters of several bytes.
+const DAMAGE: [&str; 16] =
+    ["[", "]", "(", "%", ".", "#", "-", "<", ">", "0", "9", "a", "&", "\"", "é", "€"];
+
+#[test]
+fn no_damage_to_a_file_causes_a_panic() {
+    let mut random = SplitMix64(11);
+    for _ in 0..setting("RUNGD_PLCOPEN_DAMAGED", 10) {
+        let whole = project(&mut random).xml;
+        for _ in 0..20 {
+            let mut bytes = whole.clone().into_bytes();
+            for _ in 0..1 + below(&mut random, 4) {
+                let at = below(&mut random, bytes.len() as u64) as usize;
+                match below(&mut random, 2) {
+                    0 => {
+                        let damage = DAMAGE[below(&mut random, DAMAGE.len() as u64) as usize];
+                        drop(bytes.splice(at..=at, damage.bytes()));
+                    }
+                    _ => drop(bytes.remove(at)),
+                }
+            }
+            if let Ok(project) = plcopen::read(&String::from_utf8_lossy(&bytes)) {
+                plant::errors(&project);
+            }
+        }
+    }
+}
+
+#[test]
+fn hostile_files_are_refused_with_a_reason() {
+    let bomb = "<!DOCTYPE a [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>\
+                <project>&b;</project>";
+    let deep = format!("<project>{}", "<a>".repeat(100_000));
+    for (text, wanted) in [
+        (bomb, "DTD"),
+        ("<other/>", "no PLCopen project: its root is `other`"),
+        (deep.as_str(), ""),
+        ("", "document"),
+    ] {
+        let why = plcopen::read(text).expect_err("it is no PLCopen project");
+        assert!(why.contains(wanted), "{why}");
+    }
+}
+
+#[test]
+fn blocks_that_use_each_other_are_named_and_end() {
+    let own = |name: &str, other: &str| {
+        format!(
+            "<pou name=\"{name}\" pouType=\"functionBlock\"><interface><localVars><variable \
+             name=\"x\"><type><derived name=\"{other}\"/></type></variable></localVars></interface>\
+             <body><LD><block localId=\"1\" typeName=\"{other}\" instanceName=\"x\"><position \
+             x=\"0\" y=\"0\"/><inputVariables/><outputVariables/></block></LD></body></pou>"
+        )
+    };
+    let text = format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><pous>{}{}</pous></types>\
+         </project>",
+        own("One", "Two"),
+        own("Two", "One")
+    );
+    let project = plcopen::read(&text).unwrap();
+    let rungs = &project.outcome.rungs;
+    assert_eq!(rungs.len(), 2);
+    assert!(rungs.iter().all(|rung| matches!(rung.fate, Fate::Todo(_))), "{rungs:?}");
+}
+
+#[test]
+fn loops_of_blocks_end() {
+    let block = |id: u32, from: u32| {
+        format!(
+            "<block localId=\"{id}\" typeName=\"ADD\"><position x=\"{id}\" \
+            y=\"10\"/><inputVariables>\
+             <variable formalParameter=\"IN1\"><connectionPointIn><connection \
+             refLocalId=\"{from}\" \
+             formalParameter=\"OUT\"/></connectionPointIn></variable><variable \
+             formalParameter=\"IN2\"><connectionPointIn><connection refLocalId=\"{from}\" \
+             formalParameter=\"OUT\"/></connectionPointIn></variable></inputVariables>\
+             <outputVariables><variable formalParameter=\"OUT\"><connectionPointOut/></variable>\
+             </outputVariables></block>"
+        )
+    };
+    let project = plcopen::read(&file("", &(block(2, 3) + &block(3, 2)))).unwrap();
+    assert_eq!(project.outcome.rungs.len(), 1);
+    plant::errors(&project);
+    let continuation = "<continuation localId=\"2\" name=\"c\"><position x=\"1\" y=\"1\"/>\
+                        </continuation><connector localId=\"3\" name=\"c\"><position x=\"2\" \
+                        y=\"1\"/>\
+                        <connectionPointIn><connection refLocalId=\"2\"/></connectionPointIn>\
+                        </connector><coil localId=\"4\"><position x=\"9\" \
+                        y=\"1\"/><connectionPointIn>\
+                        <connection \
+                        refLocalId=\"2\"/></connectionPointIn><variable>a</variable></coil>";
+    let project = plcopen::read(&file("", continuation)).unwrap();
+    assert!(matches!(project.outcome.rungs[0].fate, Fate::Todo(_)));
+}

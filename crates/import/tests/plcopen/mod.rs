@@ -1,0 +1,25 @@
+//! PLCopen: the tests' own interpreter of ladders, made from the tables of the standard, random
+//! ladders for both, and named cases.
+
+mod blocks;
+mod cases;
+mod counter;
+mod equality;
+mod files;
+mod generator;
+mod hostile;
+mod interpreter;
+mod reading;
+mod tables;
+mod values;
+
+/// A file with a program of these variables and this ladder; the left rail is the element 1.
+pub fn file(variables: &str, ladder: &str) -> String {
+    format!(
+        "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><pous><pou name=\"prog\" \
+         pouType=\"program\"><interface><localVars>{variables}</localVars></interface><body><LD>\
+         <leftPowerRail localId=\"1\"><position x=\"0\" \
+            y=\"0\"/></leftPowerRail>{ladder}</LD></body>\
+         </pou></pous></types></project>"
+    )
+}

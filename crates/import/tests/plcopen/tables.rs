@@ -1,0 +1,112 @@
+//! The functions of IEC 61131-3, from its tables.
+
+use std::collections::HashMap;
+
+use super::values::{Value, wrapped};
+
+/// The value of a function; `None` without a result: a division by 0.
+pub fn function(name: &str, kind: &str, given: &HashMap<String, Value>) -> Option<Value> {
+    let all: Vec<Value> = ["IN1", "IN2", "IN3"]
+        .iter()
+        .filter_map(|pin| given.get(*pin).copied())
+        .chain(given.get("IN").copied().filter(|_| name != "LIMIT"))
+        .collect();
+    match name {
+        "SEL" => return Some(given[if given["G"].is_on() { "IN1" } else { "IN0" }]),
+        "MOVE" => return Some(all[0]),
+        "LIMIT" => {
+            let (low, value, high) = (given["MN"], given["IN"], given["MX"]);
+            return Some(match (less(low, value), less(value, high)) {
+                (false, _) => low,
+                (true, true) => value,
+                (true, false) => high,
+            });
+        }
+        "GT" => return Some(Value::Bool(less(all[1], all[0]))),
+        "GE" => return Some(Value::Bool(!less(all[0], all[1]))),
+        "EQ" => return Some(Value::Bool(all[0] == all[1])),
+        "NE" => return Some(Value::Bool(all[0] != all[1])),
+        "LE" => return Some(Value::Bool(!less(all[1], all[0]))),
+        "LT" => return Some(Value::Bool(less(all[0], all[1]))),
+        "MAX" => {
+            return all.into_iter().reduce(|one, other| if less(one, other) { other } else { one });
+        }
+        "MIN" => {
+            return all.into_iter().reduce(|one, other| if less(other, one) { other } else { one });
+        }
+        _ => {}
+    }
+    let are_bits = all.iter().all(|value| matches!(value, Value::Bool(_)));
+    match if are_bits { "BOOL" } else { kind } {
+        "REAL" => real(name, &all),
+        "BOOL" => Some(Value::Bool(match name {
+            "AND" => all.iter().all(|value| value.is_on()),
+            "OR" => all.iter().any(|value| value.is_on()),
+            "XOR" => all.iter().filter(|value| value.is_on()).count() % 2 == 1,
+            name => panic!("{name} of BOOLs"),
+        })),
+        kind => whole(name, kind, &all),
+    }
+}
+
+fn less(one: Value, other: Value) -> bool {
+    match (one, other) {
+        (Value::Real(one), Value::Real(other)) => one < other,
+        (Value::Whole(one), Value::Whole(other)) => one < other,
+        _ => panic!("{one:?} beside {other:?}"),
+    }
+}
+
+fn real(name: &str, all: &[Value]) -> Option<Value> {
+    let value = |at: usize| match all[at] {
+        Value::Real(value) => value,
+        other => panic!("{name}: {other:?} is no REAL: {all:?}"),
+    };
+    let values: Vec<f32> = (0..all.len()).map(value).collect();
+    // A REAL of rungd stays at the largest number, and has no -0.
+    let fits = |value: f32| value.clamp(f32::MIN, f32::MAX) + 0.0;
+    let fold = |of: fn(f32, f32) -> f32| {
+        values.iter().copied().reduce(|one, other| fits(of(one, other))).map(Value::Real)
+    };
+    match name {
+        "ADD" => fold(|one, other| one + other),
+        "SUB" => fold(|one, other| one - other),
+        "MUL" => fold(|one, other| one * other),
+        "DIV" if values[1] == 0.0 => None,
+        "DIV" => fold(|one, other| one / other),
+        "ABS" => Some(Value::Real(values[0].abs())),
+        name => panic!("{name} of REALs"),
+    }
+}
+
+fn whole(name: &str, kind: &str, all: &[Value]) -> Option<Value> {
+    let values: Vec<i64> = all
+        .iter()
+        .map(|value| match value {
+            Value::Whole(value) => *value,
+            value => panic!("{value:?} is no whole number"),
+        })
+        .collect();
+    let fold = |of: fn(i64, i64) -> i64| {
+        let step = |one: i64, other: i64| match wrapped(kind, of(one, other)) {
+            Value::Whole(value) => value,
+            _ => 0,
+        };
+        values.iter().copied().reduce(step).map(Value::Whole)
+    };
+    match name {
+        "ADD" => fold(|one, other| one + other),
+        "SUB" => fold(|one, other| one - other),
+        "MUL" => fold(|one, other| one * other),
+        "DIV" if values[1] == 0 => None,
+        "DIV" => fold(|one, other| one / other),
+        "MOD" if values[1] == 0 => Some(Value::Whole(0)),
+        "MOD" => fold(|one, other| one % other),
+        "AND" => fold(|one, other| one & other),
+        "OR" => fold(|one, other| one | other),
+        "XOR" => fold(|one, other| one ^ other),
+        "NOT" => Some(wrapped(kind, !values[0])),
+        "ABS" => Some(wrapped(kind, values[0].abs())),
+        name => panic!("{name} of whole numbers"),
+    }
+}
