@@ -56,6 +56,11 @@ impl Engine {
         self.scans
     }
 
+    /// When RUN began, ns.
+    pub fn start_ns(&self) -> u64 {
+        self.start_ns
+    }
+
     /// Sets the number of scans since RUN began, which was at 0 ns, and whether the next scan is
     /// the last one.
     pub fn resume_after(&mut self, scans: u64, stops: bool) {

@@ -38,6 +38,17 @@ pub struct Answer {
     pub late_max: u32,
     /// Whether retained memory has any values before the first scan.
     pub is_from_retained: bool,
+    /// What may happen to the controller.
+    pub events: EventsTold,
+}
+
+/// What may happen to the controller, in words.
+#[derive(Clone, Debug, Default)]
+pub struct EventsTold {
+    /// The words of `events`.
+    pub words: Vec<&'static str>,
+    /// What they mean where that is not the same for every file.
+    pub sentences: Vec<String>,
 }
 
 /// How much of a program a line depends on.
@@ -253,6 +264,10 @@ impl Answer {
         if self.is_from_retained {
             add("from any retained values within their limits");
         }
+        if !self.events.words.is_empty() {
+            add(&format!("may happen: {}", self.events.words.join(", ")));
+        }
+        self.events.sentences.iter().for_each(|sentence| add(sentence));
         self.assumptions.iter().for_each(|assumed| add(&format!("assumed: {assumed}")));
         self.cuts.iter().for_each(|cut| add(&format!("any value: {cut}")));
         text + &indented(below.trim_end()) + if reasons.is_empty() { "" } else { "\n" } + &reasons
@@ -270,6 +285,7 @@ impl Answer {
             "cuts": self.cuts,
             "late_max": self.late_max,
             "from_retained": self.is_from_retained,
+            "events": self.events.words,
             "kept": self.is_kept,
             "ms": self.ms as u64,
         });

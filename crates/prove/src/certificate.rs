@@ -83,7 +83,13 @@ impl Names<'_> {
         let input = |part: InputOf| match part {
             InputOf::Free(at, bit) => {
                 let named = self.questions.inputs.get(at as usize);
-                let name = named.map_or("periods since the last scan", |named| &named.name);
+                let late = self.questions.model.late_place();
+                let other = if late == Some(at as usize) {
+                    "periods since the last scan"
+                } else {
+                    "what happens behind the scan"
+                };
+                let name = named.map_or(other, |named| &named.name);
                 match gates.free[at as usize].len() {
                     1 => name.to_owned(),
                     _ => format!("{name}.{bit}"),
@@ -175,6 +181,12 @@ impl Names<'_> {
             Held::FirstScan => "first scan".to_owned(),
             Held::LastScan => "last scan".to_owned(),
             Held::Stopped => "stopped".to_owned(),
+            Held::Beginning => "beginning".to_owned(),
+            Held::ImageBit(bit) => format!("image of {}", self.cell(Cell::Bit(bit))),
+            Held::ImageWordBit(word, bit) => {
+                format!("image of {}.{bit}", self.cell(Cell::Word(word)))
+            }
+            Held::ImageIsFinal => "image with passes".to_owned(),
             Held::Clock(bit, part) => format!("{}: time.{part}", self.cell(Cell::Bit(bit))),
         }
     }

@@ -18,6 +18,7 @@ use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
 use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, Race};
+use crate::stretched::stretched;
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
 use rungd_language::source::wording::counted;
@@ -89,6 +90,7 @@ fn answered(
         period_ms: questions.model.period_ms,
         late_max: questions.model.late_max,
         is_from_retained: proof.from_retained,
+        events: questions.events_told(),
     };
     match unknown_setting(questions) {
         Some(cause) => answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause },
@@ -113,13 +115,11 @@ pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
 
 /// What `[prove]` asks for, and no way can do yet.
 fn unknown_setting(questions: &Questions) -> Option<String> {
-    let proof = &questions.suite.proof;
-    let event = |event: &ProofEvent| *event != ProofEvent::Writes;
     if questions.unknown.is_some() {
         return questions.unknown.clone();
     }
-    let is_unknown = proof.events.iter().any(event);
-    is_unknown.then(|| "`events`: only `writes` is proved yet".to_owned())
+    let loses = questions.suite.proof.events.contains(&ProofEvent::DeviceLoss);
+    loses.then(|| "`events`: `device-loss` is not proved yet".to_owned())
 }
 
 /// The questions, with the limits of each.
@@ -138,6 +138,10 @@ impl Asked<'_> {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);
+        if let Some(cause) = self.questions.down_seconds(&cone) {
+            answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause };
+            return;
+        }
         answer.hash = kept::hash(&cone, line.target, &self.settings());
         if let Some(kept) = self.kept.find(&line.text, &answer.hash) {
             (answer.is_kept, answer.cuts) = (true, kept.cuts.clone());
@@ -173,6 +177,10 @@ impl Asked<'_> {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);
+        if let Some(cause) = self.questions.down_seconds(&cone) {
+            answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause };
+            return;
+        }
         answer.verdict = match self.race.explore_can(&cone, line.target) {
             Attained::Everywhere(states) if !answer.cuts.is_empty() => AnswerVerdict::NotDecided {
                 covered: vec![format!("explored: {}", counted(states, "state"))],
@@ -182,10 +190,9 @@ impl Asked<'_> {
                 AnswerVerdict::Proved { way: Way::Exploring { states }, witnesses: Vec::new() }
             }
             Attained::NotFrom(path) => {
-                let path = cone.widened(&path);
-                let trial = Trial { questions: self.questions, path: &path };
-                let TriedRun { text, is_confirmed, .. } = trial.dead_end(&line.text);
-                let scan = path.scans.len() as u64;
+                let TriedPath { scan, run } =
+                    self.tried(&cone.widened(&path), |trial| trial.dead_end(&line.text));
+                let TriedRun { text, is_confirmed, .. } = run;
                 match is_confirmed {
                     true => AnswerVerdict::Violated {
                         way: EXPLORING,
@@ -210,13 +217,29 @@ impl Asked<'_> {
     }
 
     fn violation(&self, line: &AlwaysLine, way: &'static str, path: &Path) -> AnswerVerdict {
-        let trial = Trial { questions: self.questions, path };
-        let TriedRun { text, is_confirmed, failure } = trial.violation(line.number);
-        let scan = path.scans.len() as u64;
+        let TriedPath { scan, run } = self.tried(path, |trial| trial.violation(line.number));
+        let TriedRun { text, is_confirmed, failure } = run;
         if is_confirmed {
             return AnswerVerdict::Violated { way, scan, scenario: text, failure };
         }
-        not_in_a_test(scan)
+        match self.questions.model.events.image_is_final {
+            Some(_) => needs_an_image(scan, self.questions.model.period_ms),
+            None => not_in_a_test(scan),
+        }
+    }
+
+    /// Tries a path on the rig; if it does not hold there, with its images when they are due.
+    fn tried(&self, path: &Path, try_it: impl Fn(&Trial) -> TriedRun) -> TriedPath {
+        let Questions { model, suite, .. } = self.questions;
+        let run = try_it(&Trial { questions: self.questions, path });
+        let scan = path.scans.len() as u64;
+        if run.is_confirmed || model.events.image_is_final.is_none() {
+            return TriedPath { scan, run };
+        }
+        let interval_ms = suite.programs[0].controller.retention.interval_ms;
+        let path = stretched(model, path, interval_ms);
+        let run = try_it(&Trial { questions: self.questions, path: &path });
+        TriedPath { scan: path.scans.len() as u64, run }
     }
 
     /// Whether a side of a line can be.
@@ -226,11 +249,10 @@ impl Asked<'_> {
             Decision::Never(..) => Shown::Never,
             Decision::Open(_) => Shown::Open,
             Decision::Found(_, path) => {
-                let path = cone.widened(&path);
-                let trial = Trial { questions: self.questions, path: &path };
-                let TriedRun { text, is_confirmed, .. } = trial.witness(side);
-                match is_confirmed {
-                    true => Shown::At(path.scans.len() as u64, text),
+                let TriedPath { scan, run } =
+                    self.tried(&cone.widened(&path), |trial| trial.witness(side));
+                match run.is_confirmed {
+                    true => Shown::At(scan, run.text),
                     false => Shown::Open,
                 }
             }
@@ -254,6 +276,23 @@ fn standing_in_the_way(verdict: AnswerVerdict, cuts: &[String]) -> AnswerVerdict
         | AnswerVerdict::Violated { .. }
         | AnswerVerdict::NotDecided { .. } => verdict,
     }
+}
+
+/// A path that was tried.
+struct TriedPath {
+    /// The number of its scans.
+    scan: u64,
+    run: TriedRun,
+}
+
+/// The answer if a run needs an image that a test does not keep.
+fn needs_an_image(scans: u64, period_ms: u32) -> AnswerVerdict {
+    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
+    let cause = format!(
+        "the run does not break the line in a test: a power cut would have to find an image that a \
+         test does not keep; `interval = \"{period_ms}ms\"` in `[retain]` keeps one of every scan"
+    );
+    AnswerVerdict::NotDecided { covered, cause }
 }
 
 /// The answer if a run that was found does something else in a test.

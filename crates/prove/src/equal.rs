@@ -10,6 +10,7 @@ use std::time::Instant;
 use crate::answer::Way;
 use crate::cone::cone;
 use crate::decide::DecideLimits;
+use crate::events::ModelEvents;
 use crate::inputs::{addresses, brought, is_input, of_arrays, range, x_number};
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
 use crate::question::{InputSetting, NamedInput};
@@ -119,6 +120,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
         assumed: Vec::new(),
         judged: judged.behind,
         code: judged.code,
+        events: ModelEvents::default(),
     };
     let target = Target { bit: model.judged[0], value: false };
     let names = pairs.iter().map(|pair| pair.name.clone()).collect();

@@ -47,6 +47,14 @@ pub enum Held {
     LastScan,
     /// The last scan is over.
     Stopped,
+    /// The first scan of the path, if RUN may begin again.
+    Beginning,
+    /// A bit in the image of retained memory that was kept last.
+    ImageBit(BitCell),
+    /// A bit of the content of a word in that image.
+    ImageWordBit(WordCell, u8),
+    /// That image has the passes of a stop.
+    ImageIsFinal,
     /// A bit of the time in the current period of a clock bit.
     Clock(BitCell, u8),
 }

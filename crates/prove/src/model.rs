@@ -3,6 +3,7 @@
 //! `question` makes it from a test file. `explore` executes it on the engine, `encode` turns it
 //! into gates, and both mean the same scan: that of [`Run::scan`]. It has no names.
 
+use crate::events::{Happening, ModelEvents, ScanEvent};
 use rungd_base::calendar::LocalTime;
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
 
@@ -26,6 +27,8 @@ pub struct ProofModel {
     /// The bits of the conditions that are asked about. They have their values at the end of every
     /// scan.
     pub judged: Vec<BitCell>,
+    /// What may happen to the controller behind each scan.
+    pub events: ModelEvents,
 }
 
 impl ProofModel {
@@ -74,8 +77,18 @@ impl ProofModel {
         }
     }
 
-    /// What is chosen for each scan: the values of the inputs, then, if scans may come late, the
-    /// number of periods since the scan before.
+    /// The memory of a process that finds nothing, before its start.
+    pub(crate) fn fresh(&self) -> EngineState {
+        let mut engine = Engine::new(self.code.clone());
+        if let ProofStart::Cold(restored) = &self.start {
+            restored.iter().for_each(|(cell, value)| engine.restore(*cell, *value));
+        }
+        EngineState::of(&engine)
+    }
+
+    /// What is chosen for each scan: the values of the inputs; then, if scans may come late, the
+    /// number of periods since the scan before; then, if something may happen behind it, the number
+    /// of that event in [`ModelEvents::kinds`], from 1.
     pub fn choices(&self) -> Vec<Choice> {
         let inputs = self.inputs.iter().zip(self.resting());
         let inputs = inputs.map(|(input, resting)| {
@@ -84,18 +97,38 @@ impl ProofModel {
         });
         let high = self.periods_max().cast_signed();
         let late = (high > 1).then_some(Choice { low: 1, high, resting: 1 });
-        inputs.chain(late).collect()
+        let kinds = self.events.kinds.len() as i32;
+        let event = (kinds > 0).then_some(Choice { low: 0, high: kinds, resting: 0 });
+        inputs.chain(late).chain(event).collect()
+    }
+
+    /// The place of the number of periods among the choices of a scan.
+    pub(crate) fn late_place(&self) -> Option<usize> {
+        (self.periods_max() > 1).then_some(self.inputs.len())
+    }
+
+    /// The place of the event among the choices of a scan.
+    pub(crate) fn event_place(&self) -> Option<usize> {
+        let place = self.inputs.len() + usize::from(self.late_place().is_some());
+        (!self.events.kinds.is_empty()).then_some(place)
     }
 
     /// The number of periods since the scan before.
     pub fn periods(&self, choices: &[i32]) -> u32 {
-        choices.get(self.inputs.len()).map_or(1, |periods| periods.unsigned_abs())
+        let late = self.late_place().and_then(|place| choices.get(place));
+        late.map_or(1, |periods| periods.unsigned_abs())
     }
 
-    /// The time of the next scan of an engine, ns; from a cold start, the first one is at 0.
+    /// What happens behind a scan.
+    pub fn event(&self, choices: &[i32]) -> Option<ScanEvent> {
+        let number = *choices.get(self.event_place()?)?;
+        self.events.kinds.get(usize::try_from(number).ok()?.checked_sub(1)?).copied()
+    }
+
+    /// The time of the next scan of an engine, ns: the first one is at the start of RUN.
     pub fn next_ns(&self, engine: &Engine, choices: &[i32]) -> u64 {
         match engine.scans() {
-            0 => 0,
+            0 => engine.start_ns(),
             _ => engine.now_ns() + u64::from(self.periods(choices)) * self.period_ns(),
         }
     }
@@ -108,11 +141,14 @@ impl ProofModel {
         }
     }
 
-    /// Begins a scan on an engine, with these values of the inputs: its `execute` comes next.
-    pub(crate) fn begin_scan(&self, engine: &mut Engine, now_ns: u64, inputs: &[i32]) {
+    /// Begins a scan on an engine, with these choices: its `execute` comes next.
+    pub(crate) fn begin_scan(&self, engine: &mut Engine, at: ScanPlace, choices: &[i32]) {
+        if self.event(choices).is_some_and(ScanEvent::ends_run) {
+            engine.request_stop();
+        }
+        let ScanPlace { now_ns, is_first } = at;
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
-        let is_first = engine.scans() == 0;
-        for (input, value) in self.inputs.iter().zip(inputs) {
+        for (input, value) in self.inputs.iter().zip(choices) {
             if !is_first && !input.is_of_every_scan() {
                 continue;
             }
@@ -128,6 +164,15 @@ impl ProofModel {
     pub(crate) fn allows(&self, image: &Image) -> bool {
         self.assumed.iter().all(|bit| image.bit(*bit))
     }
+}
+
+/// The place of a scan in a path.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ScanPlace {
+    /// Its time, ns.
+    pub now_ns: u64,
+    /// Whether it is the first one of the path.
+    pub is_first: bool,
 }
 
 /// What the first scan begins with. [`ProofModel::begun`] alone makes an engine of it.
@@ -212,7 +257,7 @@ pub struct ScanOutcome {
     pub is_allowed: bool,
     /// The values of [`ProofModel::judged`].
     pub judged: Vec<bool>,
-    /// Whether it was the last one: the ladder has stopped the controller.
+    /// Whether it was the last one: the ladder has stopped the controller, and nothing starts it.
     pub is_last: bool,
 }
 
@@ -224,12 +269,32 @@ pub struct Run<'m> {
     pub engine: Engine,
     /// The number of scans so far.
     pub scans: u64,
+    /// What happens behind the last scan, before the next one.
+    happens: Option<Happening>,
+    /// The memory of a process that finds nothing, if processes may end.
+    fresh: Option<Box<EngineState>>,
 }
 
 impl<'m> Run<'m> {
     /// A run before its first scan.
     pub fn new(model: &'m ProofModel) -> Run<'m> {
-        Run { model, engine: model.begun(), scans: 0 }
+        let fresh = (!model.events.kinds.is_empty()).then(|| Box::new(model.fresh()));
+        Run { model, engine: model.begun(), scans: 0, happens: None, fresh }
+    }
+
+    /// Goes on from the state of an engine behind a number of scans.
+    pub fn resume(&mut self, state: &EngineState, scans: u64) {
+        let resumes = self.engine.resume(state);
+        assert!(resumes, "a state of the same program");
+        (self.scans, self.happens) = (scans, None);
+    }
+
+    /// Lets happen what happens behind the last scan: memory is then that of the next scan's
+    /// start.
+    pub fn settle(&mut self) {
+        if let (Some(fresh), Some(happens)) = (&self.fresh, self.happens.take()) {
+            self.model.events.happen(&mut self.engine, fresh, happens);
+        }
     }
 
     /// Whether a path is allowed, and leads to a target at its last scan.
@@ -253,16 +318,30 @@ impl<'m> Run<'m> {
 
     /// Executes one scan with these choices. Call it no more after the last scan.
     pub fn scan(&mut self, choices: &[i32]) -> ScanOutcome {
+        self.scan_with(choices, |engine| engine.execute().last)
+    }
+
+    /// Does the same; `execute` executes the scan that has begun, and says whether it is the last
+    /// one.
+    pub fn scan_with(
+        &mut self,
+        choices: &[i32],
+        execute: impl FnOnce(&mut Engine) -> bool,
+    ) -> ScanOutcome {
+        self.settle();
         let now_ns = self.model.next_ns(&self.engine, choices);
         let engine = &mut self.engine;
-        self.model.begin_scan(engine, now_ns, choices);
-        let is_last = engine.execute().last;
+        let is_first = self.scans == 0;
+        self.model.begin_scan(engine, ScanPlace { now_ns, is_first }, choices);
+        let ends = execute(engine);
         let is_allowed = self.model.allows(engine.image());
         let on = |bit: &BitCell| engine.image().bit(*bit);
         let judged = self.model.judged.iter().map(on).collect();
-        if is_last {
-            engine.terminate();
-        }
+        let event = self.model.event(choices);
+        let is_last = ends && !event.is_some_and(ScanEvent::continues);
+        let next_ns = now_ns + self.model.period_ns();
+        let happens = Happening { event, is_first, is_last: ends, next_ns };
+        self.happens = (!is_last).then_some(happens);
         self.scans += 1;
         ScanOutcome { is_allowed, judged, is_last }
     }

@@ -7,6 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::any::{AnyProgram, AnyValue, any_in};
+use crate::asked_events::EventQuestion;
 use crate::cone::Cone;
 use crate::encode::written_limits;
 use crate::gates::GateCut;
@@ -208,7 +209,10 @@ impl ModelledProgram<'_> {
         };
         let at_start: Vec<_> = at_start.map(named).collect();
         all.extend(at_start);
-        let code = free.with_any(&judged.code, &mut all);
+        let mut code = free.with_any(&judged.code, &mut all);
+        let asked =
+            EventQuestion { suite, program, judges: judged.judges, remembered: &remembered };
+        let events = asked.events(&mut code);
         let (free, inputs) = all.into_iter().unzip();
         let model = ProofModel {
             period_ms: first.controller.period_ms,
@@ -218,6 +222,7 @@ impl ModelledProgram<'_> {
             assumed: judged.before,
             judged: judged.behind,
             code,
+            events,
         };
         ModelWithNames { model, inputs, unknown, judges: judged.judges }
     }

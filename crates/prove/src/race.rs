@@ -95,7 +95,9 @@ impl Race {
     /// Decides a question about its cone: a small one by exploring alone, so that its answer is
     /// always the same; any other by both ways at once.
     pub fn decide(&self, cone: &Cone, target: Target) -> Decision {
-        let few = self.states.map_or(FEW_STATES, |states| states.min(FEW_STATES));
+        // Each event multiplies the scans of a state.
+        let most = FEW_STATES / (1 + cone.model.events.kinds.len() as u64);
+        let few = self.states.map_or(most, |states| states.min(most));
         let alone = Race { states: Some(few), ..self.clone() };
         let stop = || self.given_up.load(Ordering::Relaxed);
         match by_exploring(cone, target, &alone.explore_limits(1, &stop)) {
@@ -238,6 +240,7 @@ fn deduced<'g>(
             let path = path_of(&gates, &system, &inputs);
             if Run::leads_to(model, target, &path) {
                 let path = with_cold_values(model, target, path);
+                let path = with_fewer_events(model, target, path);
                 return Decision::Found(DEDUCING, path);
             }
             return Decision::Open(OpenQuestion {
@@ -274,6 +277,18 @@ fn with_cold_values(model: &ProofModel, target: Target, mut path: Path) -> Path 
         let needed = std::mem::replace(&mut path.scans[0][at], cold);
         if needed != cold && !Run::leads_to(model, target, &path) {
             path.scans[0][at] = needed;
+        }
+    }
+    path
+}
+
+/// The same path with those events alone that it needs.
+fn with_fewer_events(model: &ProofModel, target: Target, mut path: Path) -> Path {
+    let Some(place) = model.event_place() else { return path };
+    for at in 0..path.scans.len() {
+        let needed = std::mem::replace(&mut path.scans[at][place], 0);
+        if needed != 0 && !Run::leads_to(model, target, &path) {
+            path.scans[at][place] = needed;
         }
     }
     path

@@ -2,8 +2,10 @@
 //!
 //! Called by `decide` and `equal`. No answer tells a path that was not tried.
 
+use crate::events::ScanEvent;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
 use crate::question::{InputSetting, NamedInput, Questions};
+use rungd_lab::rig::PowerOff;
 use rungd_lab::testing::{
     Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_run, try_violation,
 };
@@ -78,55 +80,126 @@ impl Trial<'_> {
     }
 }
 
-/// A path as steps: what changes before each scan, and the scans. `inputs`: by input of the model;
-/// `None`: a test cannot set it.
+/// A path as steps: what changes before each scan, the scans, and what happens behind them.
+/// `inputs`: by input of the model; `None`: a test cannot set it.
 pub(crate) fn steps(
     model: &ProofModel,
     inputs: &[Option<&NamedInput>],
     path: &Path,
 ) -> Vec<TestStep> {
-    let mut run = Run::new(model);
     // What a device moves has any level before it is forced.
     let is_cold = matches!(model.start, ProofStart::Cold(_));
     let level = |(named, input): (&Option<&NamedInput>, &FreeInput)| {
-        let is_known =
-            |named: &&NamedInput| !(matches!(named.setting, InputSetting::Force(_)) && is_cold);
+        let is_known = |named: &&NamedInput| !(named.is_forced() && is_cold);
         named.filter(is_known).map(|_| model.before_start(input))
     };
-    let mut levels: Vec<Option<i32>> = inputs.iter().zip(&model.inputs).map(level).collect();
-    let (mut steps, mut still) = (Vec::new(), 0);
-    for scan in &path.scans {
+    let levels = inputs.iter().zip(&model.inputs).map(level).collect();
+    let run = Run::new(model);
+    let mut all = PathSteps { run, inputs, levels, steps: Vec::new(), still: 0 };
+    for (at, choices) in path.scans.iter().enumerate() {
+        all.add(choices, at + 1 == path.scans.len());
+    }
+    all.pass();
+    all.steps
+}
+
+/// The steps of a path, so far.
+struct PathSteps<'p> {
+    run: Run<'p>,
+    inputs: &'p [Option<&'p NamedInput>],
+    /// The levels that the inputs have kept; `None`: they are not known.
+    levels: Vec<Option<i32>>,
+    steps: Vec<TestStep>,
+    /// The number of scans that are no step yet.
+    still: u64,
+}
+
+impl PathSteps<'_> {
+    /// Adds a scan, with what changes before it and what happens behind it.
+    fn add(&mut self, choices: &[i32], is_end: bool) {
+        let model = self.run.model();
+        let mut changes = self.changes(choices);
+        // At a start of RUN no time has passed.
+        let late = if self.run.engine.scans() > 0 { model.periods(choices) - 1 } else { 0 };
+        changes.extend((late > 0).then_some(TestStep::Late(late)));
+        if !changes.is_empty() {
+            self.pass();
+        }
+        self.steps.append(&mut changes);
+        let event = model.event(choices);
+        self.run.scan(choices);
+        match event.filter(|event| !is_end || event.ends_run()) {
+            Some(event) => self.happen(event, is_end),
+            None => self.still += 1,
+        }
+        self.run.settle();
+    }
+
+    /// What changes before a scan.
+    fn changes(&mut self, choices: &[i32]) -> Vec<TestStep> {
+        let model = self.run.model();
         let mut changes = Vec::new();
-        for (at, value) in scan.iter().take(inputs.len()).enumerate() {
-            let Some(named) = inputs[at] else { continue };
+        for (at, value) in choices.iter().take(self.inputs.len()).enumerate() {
+            let Some(named) = self.inputs[at] else { continue };
             // A level stays; what is written once may have been overwritten by the ladder.
             let before = match named.keeps_its_level() {
-                true => levels[at],
-                false => Some(run.engine.image().value(model.inputs[at].cell)),
+                true => self.levels[at],
+                false => Some(self.run.engine.image().value(model.inputs[at].cell)),
             };
             if before != Some(*value) {
                 changes.extend(named.step(*value));
             }
-            levels[at] = Some(*value);
+            self.levels[at] = Some(*value);
         }
-        // In the first scan no time has passed.
-        let late = if run.scans > 0 { model.periods(scan) - 1 } else { 0 };
-        changes.extend((late > 0).then_some(TestStep::Late(late)));
-        if !changes.is_empty() && still > 0 {
-            steps.push(TestStep::Run(TestTime::Scans(still)));
-            still = 0;
+        changes
+    }
+
+    /// Adds a scan and what happens behind it.
+    fn happen(&mut self, event: ScanEvent, is_end: bool) {
+        match event {
+            ScanEvent::Stop => {
+                self.pass();
+                self.steps.push(TestStep::Stop);
+                self.steps.extend((!is_end).then_some(TestStep::Start));
+            }
+            ScanEvent::Restart => {
+                self.pass();
+                let restart = TestStep::Restart { down_ms: 0 };
+                self.steps.push(if is_end { TestStep::Stop } else { restart });
+            }
+            ScanEvent::PowerCut | ScanEvent::PowerCutBeforeImage => {
+                self.still += 1;
+                self.pass();
+                self.steps.push(TestStep::PowerCut(PowerOff { down_ms: 0, lose_ms: 0 }));
+            }
+            // Images come by themselves.
+            ScanEvent::KeepImage => self.still += 1,
         }
-        steps.append(&mut changes);
-        run.scan(scan);
-        still += 1;
+        if event.begins_process() {
+            // Forces end with a process.
+            for (level, named) in self.levels.iter_mut().zip(self.inputs) {
+                if named.is_some_and(NamedInput::is_forced) {
+                    *level = None;
+                }
+            }
+        }
     }
-    if still > 0 {
-        steps.push(TestStep::Run(TestTime::Scans(still)));
+
+    /// Adds the scans that are no step yet.
+    fn pass(&mut self) {
+        if self.still > 0 {
+            self.steps.push(TestStep::Run(TestTime::Scans(self.still)));
+            self.still = 0;
+        }
     }
-    steps
 }
 
 impl NamedInput {
+    /// Whether a device of the test moves it, so that it is forced.
+    fn is_forced(&self) -> bool {
+        matches!(self.setting, InputSetting::Force(_))
+    }
+
     /// Whether a value that was given once stays until the next one.
     fn keeps_its_level(&self) -> bool {
         match &self.setting {

@@ -21,7 +21,8 @@ pub struct FoundRun {
     pub name: String,
     /// Memory before the first scan that differs from a cold start.
     pub set: Vec<(TestOperand, i32)>,
-    /// Its steps: `set`, `force`, `run` in scans, and `expect`.
+    /// Its steps: `set`, `force`, `run` in scans, what happens to the controller in RUN, and
+    /// `expect`.
     pub steps: Vec<TestStep>,
 }
 
@@ -84,9 +85,12 @@ fn located(value: TestStep) -> Located<TestStep> {
 
 /// The number of scans of its steps.
 fn scans_of(scenario: &Scenario) -> u64 {
-    let scans = scenario.steps.iter().filter_map(|step| {
-        let TestStep::Run(TestTime::Scans(scans)) = step.value else { return None };
-        Some(scans)
+    let scans = scenario.steps.iter().map(|step| {
+        if let TestStep::Run(TestTime::Scans(scans)) = step.value {
+            return scans;
+        }
+        // The last one.
+        u64::from(matches!(step.value, TestStep::Stop | TestStep::Restart { .. }))
     });
     scans.sum()
 }

@@ -30,6 +30,13 @@ pub enum ProofEvent {
     Writes,
 }
 
+impl ProofEvent {
+    /// Its word in a test file.
+    pub fn word(self) -> &'static str {
+        EVENTS.word(self)
+    }
+}
+
 /// The events with their words.
 const EVENTS: KeyWords<ProofEvent> = KeyWords::new(&[
     ("power-cut", ProofEvent::PowerCut),

@@ -19,7 +19,8 @@ use std::sync::OnceLock;
 use crate::encode::encode;
 use crate::gates::Gates;
 use crate::model::{Path, ProofModel};
-use rungd_engine::{BitCell, Cell};
+use rungd_engine::isa::Bit;
+use rungd_engine::{BitCell, Cell, ResumeBits};
 
 /// The cone of some bits of a model.
 #[derive(Clone, Debug)]
@@ -85,6 +86,19 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
         places.push(is_kept.then_some(inputs.len()));
         inputs.extend(is_kept.then_some(*input));
     }
+    let runs = |first: u32| {
+        let kept = split
+            .kept
+            .iter()
+            .find(|kept| (kept.first..kept.first + ResumeBits::bits(kept.stages)).contains(&first));
+        kept.map(|kept| Cell::Bit(split.layout.bit(Bit::Running(kept.program))))
+    };
+    // What is kept of a Program's Stages is known with the Program.
+    let knows = |cell: Cell| {
+        let of_stages = if let Cell::Bit(BitCell(bit)) = cell { runs(bit) } else { None };
+        slice.knows(of_stages.unwrap_or(cell))
+    };
+    let events = model.events.of_part(knows);
     Cone {
         operations: Share { kept: slice.places.len(), all: split.tables.batches.len() },
         inputs: Share { kept: inputs.len(), all: places.len() },
@@ -99,6 +113,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
             late_max: model.late_max,
             start: model.start.clone(),
             assumed: model.assumed.clone(),
+            events,
         },
     }
 }

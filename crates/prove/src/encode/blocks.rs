@@ -4,6 +4,7 @@ use super::encoder::Encoder;
 use super::held::OwnNumber;
 use super::number::Number;
 use crate::aig::Literal;
+use crate::events::ScanEvent;
 use crate::gates::Held;
 use rungd_engine::isa::{Bit, BlockId, ElementId, StageId};
 use rungd_engine::ops::{Control, ControlKind, Op, OpKind};
@@ -15,20 +16,23 @@ impl Encoder<'_> {
     pub(super) fn begin_last_scan(&mut self) -> Literal {
         let last = self.last_scan();
         self.stop_requested = last;
-        if last == Literal::FALSE {
-            return last;
+        if self.written.stops {
+            let stopped = self.scan_latch(false, Held::Stopped);
+            self.constrain(!stopped);
         }
-        let stopped = self.scan_latch(false, Held::Stopped);
-        self.constrain(!stopped);
         last
     }
 
     /// What the next scan knows of a stop.
     pub(super) fn end_last_scan(&mut self) {
         if self.written.stops {
-            let (last, stopped) = (self.last_scan(), self.scan_latch(false, Held::Stopped));
-            self.set_next(last, self.stop_requested);
-            self.set_next(stopped, last);
+            let (last, continues) = (self.last_scan(), self.any_event(ScanEvent::continues));
+            let next = self.scan_latch(false, Held::LastScan);
+            let stopped = self.scan_latch(false, Held::Stopped);
+            let requested = self.graph.and(self.stop_requested, !continues);
+            self.set_next(next, requested);
+            let ends = self.graph.and(last, !continues);
+            self.set_next(stopped, ends);
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::acc_forms::{AccForm, acc_forms};
 use super::calls;
-use super::held::{Elapsed, OwnNumber, OwnedLatch};
+use super::held::{Elapsed, EventLiteral, OwnNumber, OwnedLatch};
 use super::number::Number;
 use super::start::Start;
 use super::written::{WordRange, WrittenCells};
@@ -52,6 +52,8 @@ pub(super) struct Encoder<'m> {
     pub lasting: FxHashSet<Cell>,
     /// The number of periods since the scan before, if scans may come late.
     pub late: Option<Number>,
+    /// What may happen behind the scan.
+    pub happens: Vec<EventLiteral>,
     /// The time since the last execution of the element, if its operations ask for it.
     pub elapsed: Option<Elapsed>,
     /// The ages that are counted, with their largest values.
@@ -93,6 +95,7 @@ impl<'m> Encoder<'m> {
             passing: FxHashMap::default(),
             lasting: FxHashSet::default(),
             late: None,
+            happens: Vec::new(),
             elapsed: None,
             ages: BTreeMap::new(),
             callers: calls::callers(code),
@@ -102,6 +105,7 @@ impl<'m> Encoder<'m> {
             encoder.free_input(at, *input);
         }
         encoder.free_lateness();
+        encoder.free_event();
         encoder
     }
 
@@ -132,6 +136,19 @@ impl<'m> Encoder<'m> {
             let periods = self.any_number(1, high, |bit| InputOf::Free(at, bit));
             self.free.push(periods.bits().to_vec());
             self.late = Some(periods);
+        }
+    }
+
+    /// Makes the literals of the event that is chosen with a scan.
+    fn free_event(&mut self) {
+        let Some(place) = self.model.event_place() else { return };
+        let (model, at) = (self.model, place as u32);
+        let high = model.events.kinds.len() as i32;
+        let number = self.any_number(0, high, |bit| InputOf::Free(at, bit));
+        self.free.push(number.bits().to_vec());
+        for (at, event) in (1..).zip(&model.events.kinds) {
+            let happens = number.equal(&mut self.graph, &Number::constant(at));
+            self.happens.push(EventLiteral { event: *event, happens });
         }
     }
 

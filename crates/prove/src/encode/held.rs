@@ -2,6 +2,7 @@
 
 use super::number::Number;
 use crate::aig::Literal;
+use crate::events::ScanEvent;
 use crate::gates::Held;
 use rungd_engine::isa::BlockId;
 use rungd_engine::{BitCell, Element, WordCell};
@@ -27,6 +28,14 @@ pub(super) enum OwnNumber {
 }
 
 impl OwnNumber {
+    /// Whether it is one of a block's own rungs.
+    pub fn is_of(self, block: BlockId) -> bool {
+        match self {
+            OwnNumber::Interval(id) | OwnNumber::Phase(id) => id == block,
+            OwnNumber::Age(element) => element == Element::Block(block),
+        }
+    }
+
     pub fn held(self, bit: u8) -> Held {
         match self {
             OwnNumber::Interval(task) => Held::Interval(task, bit),
@@ -50,6 +59,13 @@ pub(super) enum Next {
     OwnBit(OwnNumber, u8),
     /// A literal.
     Fixed(Literal),
+}
+
+/// An event of the model, and when it happens.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct EventLiteral {
+    pub event: ScanEvent,
+    pub happens: Literal,
 }
 
 /// A latch that was made.

@@ -71,6 +71,10 @@ impl Encoder<'_> {
             | Held::FirstScan
             | Held::LastScan
             | Held::Stopped
+            | Held::Beginning
+            | Held::ImageBit(_)
+            | Held::ImageWordBit(..)
+            | Held::ImageIsFinal
             | Held::Clock(..) => unreachable!("it is no state of a block"),
         }
     }

@@ -51,7 +51,7 @@ impl Encoder<'_> {
         match self.at_start.get(&Cell::Bit(cell)).map(|free| free.bit(0)) {
             None => latch,
             Some(free) => {
-                let first = self.first_scan();
+                let first = self.beginning();
                 self.graph.mux(first, free, latch)
             }
         }
@@ -78,7 +78,7 @@ impl Encoder<'_> {
         match self.at_start.get(&Cell::Word(cell)).cloned() {
             None => latches,
             Some(free) => {
-                let first = self.first_scan();
+                let first = self.beginning();
                 self.choose(first, &free, &latches)
             }
         }

@@ -17,6 +17,7 @@ mod control;
 mod counters;
 mod encoder;
 mod evaluation;
+mod events;
 mod formula;
 mod held;
 mod latches;
@@ -47,7 +48,7 @@ use start::Start;
 use written::WrittenCells;
 
 /// A model as gates, with the values of all cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Encoding {
     /// The gates.
     pub gates: Gates,
@@ -122,6 +123,8 @@ impl Encoder<'_> {
         let judged: Vec<BitCell> = self.model.judged.clone();
         let judged: Vec<Literal> = judged.iter().map(|bit| self.bit(bit.0)).collect();
         self.end_ages();
+        let shown = self.shown();
+        self.end_events();
         self.end_last_scan();
         let mut latches = Vec::new();
         // The next value of a latch may be that of a cell whose latch is made here.
@@ -134,17 +137,7 @@ impl Encoder<'_> {
         let mut acc_forms: Vec<(WordCell, AccForm)> =
             self.acc_forms.iter().map(|(word, form)| (WordCell(*word), *form)).collect();
         acc_forms.sort_unstable_by_key(|(word, _)| *word);
-        let is_passing = |cell: &Cell| self.passing.contains_key(cell);
-        let bits = (0..).map(BitCell).zip(&self.bits);
-        let bits = bits.filter_map(|(cell, value)| value.map(|value| (cell, value)));
-        let mut words: Vec<(WordCell, Vec<Literal>)> = (self.words.iter())
-            .map(|(cell, number)| (WordCell(*cell), number.bits().to_vec()))
-            .filter(|(cell, _)| !is_passing(&Cell::Word(*cell)))
-            .collect();
-        words.sort_unstable_by_key(|(cell, _)| *cell);
         let encoding = Encoding {
-            bits: bits.filter(|(cell, _)| !is_passing(&Cell::Bit(*cell))).collect(),
-            words,
             acc_forms,
             gates: Gates {
                 latches,
@@ -155,8 +148,23 @@ impl Encoder<'_> {
                 cuts: self.cuts,
                 graph: self.graph,
             },
+            ..shown
         };
         (encoding, self.lasting)
+    }
+
+    /// The values of all cells at the end of the scan.
+    fn shown(&self) -> Encoding {
+        let is_passing = |cell: &Cell| self.passing.contains_key(cell);
+        let bits = (0..).map(BitCell).zip(&self.bits);
+        let bits = bits.filter_map(|(cell, value)| value.map(|value| (cell, value)));
+        let mut words: Vec<(WordCell, Vec<Literal>)> = (self.words.iter())
+            .map(|(cell, number)| (WordCell(*cell), number.bits().to_vec()))
+            .filter(|(cell, _)| !is_passing(&Cell::Word(*cell)))
+            .collect();
+        words.sort_unstable_by_key(|(cell, _)| *cell);
+        let bits = bits.filter(|(cell, _)| !is_passing(&Cell::Bit(*cell))).collect();
+        Encoding { bits, words, ..Encoding::default() }
     }
 
     fn next(&mut self, next: Next) -> Literal {

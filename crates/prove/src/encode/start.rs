@@ -9,8 +9,8 @@ use rungd_engine::ops::Timer;
 use rungd_engine::record::timer_state::RUNNING;
 use rungd_engine::record::{FLAGS, RECORD};
 use rungd_engine::{
-    BitCell, BlockCode, BlockRole, BlockState, Element, ElementCode, Engine, EngineProgram, Image,
-    ScanTimes, StageState,
+    BitCell, BlockCode, BlockRole, BlockState, Cell, Element, ElementCode, Engine, EngineProgram,
+    EngineState, Image, ScanTimes, StageState,
 };
 use rustc_hash::FxHashSet;
 
@@ -28,6 +28,8 @@ pub(super) struct Start {
     pub is_given: bool,
     /// The time of the first scan since RUN began, ms.
     pub since_start_ms: u64,
+    /// The memory of a process that finds nothing, if a process may end.
+    fresh: Option<EngineState>,
     /// The time of the first scan, ms.
     first_ms: u64,
     period_ms: u64,
@@ -49,6 +51,7 @@ impl Start {
         Start {
             has_running_timer: !is_given && begins_running(&model.code, &image),
             since_start_ms: first_ns.saturating_sub(start_ns) / NS_PER_MS,
+            fresh: (!model.events.kinds.is_empty()).then(|| model.fresh()),
             first_ms: first_ns / NS_PER_MS,
             period_ms: u64::from(model.period_ms.max(1)),
             image,
@@ -56,6 +59,11 @@ impl Start {
             first_turns,
             is_given,
         }
+    }
+
+    /// The value of a cell in a process that finds nothing.
+    pub fn fresh_value(&self, cell: Cell) -> i32 {
+        self.fresh.as_ref().map_or_else(|| self.image.value(cell), |fresh| fresh.value(cell))
     }
 
     pub fn block(&self, block: BlockId) -> BlockState {

@@ -2,9 +2,10 @@
 //! first scan, unless they are inputs.
 
 use super::encoder::Encoder;
-use super::held::Next;
+use super::held::{EventLiteral, Next};
 use super::number::Number;
 use crate::aig::Literal;
+use crate::events::ScanEvent;
 use crate::gates::Held;
 use rungd_engine::isa::status::{dst, st};
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
@@ -22,12 +23,34 @@ impl Encoder<'_> {
         self.scan_latch(self.start.image.bit(BitCell(status)), Held::FirstScan)
     }
 
+    /// Whether an event of some kind happens.
+    pub(super) fn any_event(&mut self, is: impl Fn(ScanEvent) -> bool) -> Literal {
+        let mut any = Literal::FALSE;
+        for at in 0..self.happens.len() {
+            let EventLiteral { event, happens } = self.happens[at];
+            if is(event) {
+                any = self.graph.or(any, happens);
+            }
+        }
+        any
+    }
+
+    /// Whether it is the first scan of a path: RUN may begin again in it.
+    pub(super) fn beginning(&mut self) -> Literal {
+        match self.happens.is_empty() {
+            true => self.first_scan(),
+            false => self.scan_latch(true, Held::Beginning),
+        }
+    }
+
     /// Whether it is the last scan.
     pub(super) fn last_scan(&mut self) -> Literal {
+        let asked = self.any_event(ScanEvent::ends_run);
         if !self.written.stops {
-            return Literal::FALSE;
+            return asked;
         }
-        self.scan_latch(false, Held::LastScan)
+        let stopped = self.scan_latch(false, Held::LastScan);
+        self.graph.or(asked, stopped)
     }
 
     /// The value of a status bit behind step 1.

@@ -60,7 +60,7 @@ impl Encoder<'_> {
         });
     }
 
-    fn pass(&mut self, code: &ElementCode) {
+    pub(super) fn pass(&mut self, code: &ElementCode) {
         if self.guard == Literal::FALSE {
             return;
         }

@@ -41,8 +41,10 @@ impl Encoder<'_> {
     pub(super) fn time_of(&mut self, element: ElementId, code: &ElementCode) -> Option<Elapsed> {
         let mut max = self.age_max(code)?;
         let role = self.code.blocks[element.block.0 as usize].role;
-        let skips =
-            role == BlockRole::Subroutine || self.written.recurrent.contains_key(&element.block);
+        // The time of the observer goes on while RUN begins again.
+        let skips = role == BlockRole::Subroutine
+            || self.written.recurrent.contains_key(&element.block)
+            || self.model.events.observer == Some(element.block);
         // In a given state, a timer that times has executed in the scan before.
         if !skips && self.start.is_given {
             return Some(Elapsed::Scans(Number::constant(1)));

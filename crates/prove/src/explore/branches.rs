@@ -32,6 +32,8 @@ pub(super) struct Inputs {
     pub at_start: InputSet,
     /// The time since the scan before; empty if no scan comes late.
     pub late: InputSet,
+    /// What happens behind the scan; empty if nothing may happen. It always matters.
+    pub event: InputSet,
     /// Those that can matter in a scan whose inputs are not allowed.
     refused: InputSet,
     blocks: Vec<(BlockId, InputSet)>,
@@ -72,7 +74,10 @@ impl Inputs {
     /// The inputs of a cone; `None` if their values do not fit in a [`Packed`].
     pub fn new(model: &ProofModel, target: Target) -> Option<Inputs> {
         let all: Vec<Input> = model.choices().into_iter().map(Input::of).collect();
-        let late = all.get(model.inputs.len()).map_or(0, |_| 1 << model.inputs.len());
+        let place = |at: Option<usize>| at.map_or(0, |at| 1 << at);
+        let fits = all.len() <= InputSet::BITS as usize;
+        let places = fits.then(|| [place(model.late_place()), place(model.event_place())]);
+        let [late, event] = places?;
         let mut counts = all.iter().map(|input| input.count());
         counts.try_fold(1u64, u64::checked_mul)?;
         let readers = InputReaders::new(model)?;
@@ -92,10 +97,11 @@ impl Inputs {
         let at_start = at_start.fold(0, |set, (at, _)| set | 1 << at);
         Some(Inputs {
             all,
-            always: always & !at_start,
+            always: always & !at_start | event,
             late,
+            event,
             at_start,
-            refused: readers.of_assumptions(),
+            refused: readers.of_assumptions() | event,
             blocks,
             stages: stages.collect(),
         })

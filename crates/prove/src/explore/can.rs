@@ -136,7 +136,7 @@ fn follow(
             scanner.save(&mut graph.bytes);
             graph.add(step, before, is_ordinary);
         }
-        if !scanner.advance(ended) {
+        if !scanner.advance() {
             return None;
         }
         combinations -= 1;

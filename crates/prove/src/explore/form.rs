@@ -9,7 +9,7 @@
 
 use rungd_engine::isa::status::{dst, st};
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
-use rungd_engine::{BitCell, Cell, Engine, EngineProgram, Slice};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, ResumeBits, Slice};
 
 use super::bytes::{ByteReader, ByteWriter};
 use super::caps::{Cap, caps};
@@ -17,6 +17,7 @@ use super::effects::EffectCells;
 use super::elements::{LoadedTime, StoredElements, TimersOf};
 use super::live::live;
 use super::ranges::WordRanges;
+use crate::events::RetainedCell;
 use crate::model::{ProofModel, Target};
 
 /// The time of a loaded state, ms: a multiple of all periods of clock bits, and greater than all
@@ -30,6 +31,8 @@ pub(super) struct StateForm {
     words: Vec<StoredWord>,
     elements: StoredElements,
     clock: StoredClock,
+    /// The period, if RUN may begin again behind a scan: then a state says whether it has.
+    begins_again: Option<u64>,
     /// The number of bytes of a state.
     pub size: usize,
 }
@@ -72,10 +75,27 @@ impl StateForm {
             timers: elements.withheld(cell).cloned(),
         };
         let words = code.bit_count..code.bit_count + code.word_count;
-        let words = words.filter(stored).map(|at| word(at - code.bit_count)).collect();
-        let bits = (0..code.bit_count).filter(stored).collect();
+        let words = words.filter(stored).map(|at| word(at - code.bit_count));
+        let mut words: Vec<StoredWord> = words.collect();
+        let mut bits: Vec<u32> = (0..code.bit_count).filter(stored).collect();
+        let numbers = EffectCells { bits: code.bit_count };
+        // Of an image that is kept, what matters when a new process finds it.
+        for RetainedCell { cell, image, .. } in &model.events.retained {
+            let is_of_stages = matches!(cell, Cell::Bit(bit) if is_kept_bit(code, *bit));
+            match image.filter(|_| is_of_stages || stored(&numbers.of(*cell))) {
+                Some(Cell::Bit(bit)) => bits.push(bit.0),
+                Some(Cell::Word(word)) => {
+                    let of_word =
+                        if let Cell::Word(word) = cell { caps.get(&word.0) } else { None };
+                    words.push(StoredWord { cell: word.0, cap: of_word.copied(), timers: None });
+                }
+                Some(Cell::WordBit(_)) | None => {}
+            }
+        }
+        bits.extend(model.events.image_is_final.map(|bit| bit.0));
         let clock = StoredClock::new(code, &slice);
-        let mut form = StateForm { bits, words, elements, clock, size: 0 };
+        let begins_again = (!model.events.kinds.is_empty()).then_some(model.period_ms.into());
+        let mut form = StateForm { bits, words, elements, clock, begins_again, size: 0 };
         let mut bytes = Vec::new();
         form.save(start, &mut bytes);
         form.size = bytes.len();
@@ -95,6 +115,10 @@ impl StateForm {
         let (bits, words) = (engine.image().bits(), engine.image().words());
         let mut to = ByteWriter::new(to);
         to.bit(engine.stops());
+        let begins = self.begins_again.is_some() && engine.scans() == 0;
+        if self.begins_again.is_some() {
+            to.bit(begins);
+        }
         self.bits.iter().for_each(|bit| to.bit(bits[*bit as usize] != 0));
         for StoredWord { cell, cap, timers } in &self.words {
             let is_kept = timers.as_ref().is_none_or(|timers| timers.time(bits));
@@ -102,7 +126,8 @@ impl StateForm {
             to.number(cap.map_or(value, |cap| cap.of(value)).cast_unsigned());
         }
         if let Some(phase_ms) = self.clock.phase_ms {
-            to.number((engine.now_ns() / 1_000_000 % phase_ms) as u32);
+            let since_ms = (engine.now_ns().saturating_sub(engine.start_ns())) / 1_000_000;
+            to.number(if begins { 0 } else { (since_ms % phase_ms) as u32 });
         }
         self.elements.save(engine, &mut to);
         if self.clock.toggles {
@@ -115,25 +140,27 @@ impl StateForm {
 
     /// Whether the next scan of an engine depends on the time since the scan before.
     pub fn measures_time(&self, engine: &Engine) -> bool {
-        self.clock.phase_ms.is_some() || self.elements.measure_time(engine)
+        let begins = self.begins_again.is_some() && engine.scans() == 0;
+        !begins && (self.clock.phase_ms.is_some() || self.elements.measure_time(engine))
     }
 
     /// Puts a state in an engine, which has executed a scan before; returns the timestamp of the
-    /// state's scan, ns.
+    /// state's scan, ns. If RUN has begun again behind it, it begins a period later.
     pub fn load(&self, engine: &mut Engine, from: &[u8]) -> u64 {
         let mut from = ByteReader::new(from);
         let stops = from.bit();
+        let begins_after_ms = self.begins_again.filter(|_| from.bit());
         let cells = engine.cells_mut();
         self.bits.iter().for_each(|bit| cells.bits[*bit as usize] = u8::from(from.bit()));
         for word in &self.words {
             cells.words[word.cell as usize] = from.number().cast_signed();
         }
         let phase_ms = self.clock.phase_ms.map_or(0, |_| from.number());
-        let now_ms = BASE_MS + u64::from(phase_ms);
+        let now_ms = BASE_MS + u64::from(phase_ms) - begins_after_ms.unwrap_or(0);
         self.elements.load(engine, LoadedTime { now_ms }, &mut from);
         let odd = self.clock.toggles && from.bit();
         let scans = if self.clock.counts { u64::from(from.number()) } else { 2 + u64::from(odd) };
-        engine.resume_after(scans, stops);
+        engine.resume_after(if begins_after_ms.is_some() { 0 } else { scans }, stops);
         now_ms * 1_000_000
     }
 }
@@ -154,6 +181,12 @@ impl StoredClock {
             counts: slice.knows(Cell::Word(code.layout.word(counter))),
         }
     }
+}
+
+/// Whether a bit says what is kept of a Program's Stages.
+fn is_kept_bit(code: &EngineProgram, BitCell(bit): BitCell) -> bool {
+    let bits = |kept: &ResumeBits| kept.first..kept.first + ResumeBits::bits(kept.stages);
+    code.kept.iter().any(|kept| bits(kept).contains(&bit))
 }
 
 /// The cells that steps of the cone write.

@@ -19,7 +19,8 @@ use super::form::StateForm;
 use super::keys::key;
 use super::limits::{ExploreLimits, Explored, StopCause};
 use super::trace::{Needs, ScanTrace};
-use crate::model::{Path, ProofModel, Run, Target};
+use crate::events::{Happening, ScanEvent};
+use crate::model::{Path, ProofModel, Run, ScanPlace, Target};
 
 /// A set of keys.
 type Keys = HashSet<u128, FxBuildHasher>;
@@ -270,8 +271,10 @@ impl Visited {
 /// A thread's engine and working memory.
 pub(super) struct StateScanner<'s> {
     search: &'s StateSearch<'s>,
-    /// Whether the scan that has ended was the last one.
+    /// Whether no scan follows the one that has ended.
     pub was_last: bool,
+    /// The inputs that mattered in that scan.
+    mattered: InputSet,
     /// Whether something measured the time before that scan.
     measures_time: bool,
     /// Whether that scan was the first one.
@@ -279,6 +282,8 @@ pub(super) struct StateScanner<'s> {
     engine: Engine,
     branches: Branches<'s>,
     trace: Option<ScanTrace<'s>>,
+    /// The memory of a process that finds nothing, if processes may end.
+    fresh: Option<Box<EngineState>>,
     /// The keys of the states that its part has found.
     keys: Keys,
     scans: u32,
@@ -302,14 +307,18 @@ impl<'s> StateScanner<'s> {
         let engine = Run::new(search.model).engine;
         let branches = Branches::new(&search.inputs);
         let trace = search.needs.as_ref().map(ScanTrace::new);
+        let happens = !search.model.events.kinds.is_empty();
+        let fresh = happens.then(|| Box::new(search.model.fresh()));
         StateScanner {
             search,
             was_last: false,
+            mattered: 0,
             measures_time: false,
             is_first: true,
             engine,
             branches,
             trace,
+            fresh,
             keys: Keys::default(),
             scans: 0,
         }
@@ -362,7 +371,7 @@ impl<'s> StateScanner<'s> {
                 if part.met.is_some() || part.stopped.is_some() {
                     return part;
                 }
-                if !self.advance(ended) {
+                if !self.advance() {
                     break;
                 }
                 combinations -= 1;
@@ -381,12 +390,11 @@ impl<'s> StateScanner<'s> {
     }
 
     /// Goes on to the next combination of inputs that a state needs; returns false after the last.
-    pub fn advance(&mut self, ended: ScanResult) -> bool {
-        let mattered = self.that_mattered(ended);
-        self.branches.advance(mattered)
+    pub fn advance(&mut self) -> bool {
+        self.branches.advance(self.mattered)
     }
 
-    /// Appends the state after the scan.
+    /// Appends the state after the scan, and after what happened behind it.
     pub fn save(&self, to: &mut Vec<u8>) {
         self.search.form.save(&self.engine, to);
     }
@@ -399,7 +407,11 @@ impl<'s> StateScanner<'s> {
                 self.is_first = false;
                 let before_ns = form.load(&mut self.engine, state);
                 self.measures_time = form.measures_time(&self.engine);
-                let periods = u64::from(model.periods(&self.branches.values));
+                // A start of RUN is in time.
+                let periods = match self.engine.scans() {
+                    0 => 1,
+                    _ => u64::from(model.periods(&self.branches.values)),
+                };
                 before_ns + periods * self.search.period_ns
             }
             None => {
@@ -410,8 +422,11 @@ impl<'s> StateScanner<'s> {
                 model.first_ns()
             }
         };
-        self.was_last = self.engine.stops();
-        model.begin_scan(&mut self.engine, now_ns, &self.branches.values);
+        let event = model.event(&self.branches.values);
+        let is_last = self.engine.stops() || event.is_some_and(ScanEvent::ends_run);
+        self.was_last = is_last && !event.is_some_and(ScanEvent::continues);
+        let place = ScanPlace { now_ns, is_first: self.is_first };
+        model.begin_scan(&mut self.engine, place, &self.branches.values);
         match &mut self.trace {
             Some(trace) => {
                 trace.clear();
@@ -422,12 +437,19 @@ impl<'s> StateScanner<'s> {
             }
         }
         let image = self.engine.image();
-        match () {
+        let ended = match () {
             () if !model.allows(image) => ScanResult::Refused,
             () if self.search.target.is_met(image) => ScanResult::Met,
             () if self.was_last => ScanResult::Last,
             () => ScanResult::Followed,
+        };
+        self.mattered = self.that_mattered(ended);
+        if let Some(fresh) = self.fresh.as_deref().filter(|_| !self.was_last) {
+            let next_ns = now_ns + self.search.period_ns;
+            let what = Happening { event, is_first: self.is_first, is_last, next_ns };
+            model.events.happen(&mut self.engine, fresh, what);
         }
+        ended
     }
 
     /// The inputs that can have mattered in the scan that has ended.
@@ -440,12 +462,13 @@ impl<'s> StateScanner<'s> {
         };
         // Behind the first scan, all values before it are part of the state.
         let before = if self.is_first { inputs.at_start } else { 0 };
-        late | before | read & !inputs.at_start
+        late | before | inputs.event | read & !inputs.at_start
     }
 
-    /// Whether the scan that has ended was as scans should be: in time.
+    /// Whether the scan that has ended was as scans should be: in time, and nothing happened.
     pub fn was_ordinary(&self) -> bool {
-        self.search.model.periods(&self.branches.values) == 1
+        let model = self.search.model;
+        model.periods(&self.branches.values) == 1 && model.event(&self.branches.values).is_none()
     }
 
     /// Adds the state that a step has reached to its part, if it is new.

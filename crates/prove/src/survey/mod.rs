@@ -32,7 +32,7 @@ use crate::question::{ModelWithNames, ModelledProgram};
 use crate::race::{Decision, Effort};
 use drafts::{Draft, ProbedLadder};
 use flaps::FlapSearch;
-use rungd_lab::testing::{self, Suite};
+use rungd_lab::testing::{self, ProofEvent, Suite};
 use rungd_language::lower::judged::Judges;
 use rungd_language::resolve::program::Contact;
 
@@ -52,6 +52,7 @@ pub fn survey(
     progress: &(dyn Fn(SurveyProgress) + Sync),
 ) -> Survey {
     (suite.proof.late_max, suite.proof.from_retained) = (1, false);
+    suite.proof.events.retain(|event| *event == ProofEvent::Writes);
     suite.proof.any.clear();
     let programs = testing::programs(&suite);
     let ladder = ProbedLadder::of(&suite);

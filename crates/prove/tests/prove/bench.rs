@@ -7,6 +7,7 @@ use rungd_language::resolve::condition::ConditionNames;
 use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::condition::condition;
 use rungd_language::source::span::Span;
+use rungd_prove::events::ModelEvents;
 use rungd_prove::model::{FreeInput, ProofModel, ProofStart};
 use rungd_test_support::run::{cell, load};
 
@@ -53,6 +54,7 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
         assumed: lowered.before,
         judged: lowered.behind,
         code: lowered.code,
+        events: ModelEvents::default(),
     }
 }
 

@@ -1,6 +1,7 @@
 //! Random models: a program of the reference model's generator, with random inputs and conditions.
 
-use rungd_engine::{Cell, Engine, EngineProgram, Transfer};
+use rungd_engine::isa::{Address, Word};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, ResumeBits, Transfer, WordCell};
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::LoadOptions;
@@ -9,6 +10,7 @@ use rungd_language::resolve::program::{Contact, Program};
 use rungd_language::source::condition::condition;
 use rungd_language::source::span::Span;
 use rungd_prove::any::{AnyProgram, any_in};
+use rungd_prove::events::{KeptLimits, ModelEvents, RetainedCell, ScanEvent};
 use rungd_prove::model::{Choice, FreeInput, ProofModel, ProofStart};
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
@@ -39,7 +41,11 @@ pub fn drawn_without_any(seed: u64) -> Drawn {
 fn drawn_with(seed: u64, has_any: bool) -> Drawn {
     let case = generate(seed);
     let ladder = case.ladder();
-    let program = load(&ladder).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    let mut program = load(&ladder).unwrap_or_else(|e| panic!("seed {seed}: {e}"));
+    if has_any && seed.is_multiple_of(3) {
+        let staged = program.blocks.iter_mut().filter(|block| !block.stages.is_empty());
+        staged.for_each(|block| block.retains_stages = true);
+    }
     let (plain, symbols) = lower(&program);
     let rng = Rng::new(seed ^ 0x5EED);
     let mut draw = Draw { rng, program: &program, symbols, names: case.watch() };
@@ -68,13 +74,17 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
     });
     inputs.extend(start);
     let late_max = if has_any && draw.rng.chance(30) { draw.rng.range(2, 3) as u32 } else { 1 };
+    let mut code = code;
+    let happens = has_any && draw.rng.chance(50);
+    let events = if happens { draw.events(&mut code) } else { ModelEvents::default() };
     let texts = |all: &[(String, Contact)]| all.iter().map(|(text, _)| text.clone()).collect();
     let (assumed, judged): (Vec<String>, Vec<String>) = (texts(&assumed), texts(&judged));
     Drawn {
         transfer: lowered.judges.transfer(&plain, &lowered.code),
         plain,
         text: format!(
-            "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}, late {late_max}, inputs {inputs:?}"
+            "# seed {seed}\n{ladder}\n# assume {assumed:?}, judged {judged:?}, any {any:?}, late {late_max}, \
+             inputs {inputs:?}, {events:?}"
         ),
         model: ProofModel {
             period_ms: case.period as u32,
@@ -84,6 +94,7 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
             assumed: lowered.before,
             judged: lowered.behind,
             code,
+            events,
         },
     }
 }
@@ -117,6 +128,67 @@ impl Draw<'_> {
         let is_plain = |cell: &Cell| !matches!(cell, Cell::WordBit(_));
         let any = cell.filter(is_plain).filter(|_| self.rng.chance(25));
         any.into_iter().map(|cell| FreeInput { cell, low: 0, high: 1, cold: None }).collect()
+    }
+
+    /// Some events, and some cells that are retained.
+    fn events(&mut self, code: &mut EngineProgram) -> ModelEvents {
+        let all = [ScanEvent::Stop, ScanEvent::Restart, ScanEvent::PowerCut];
+        let mut kinds: Vec<ScanEvent> = all.into_iter().filter(|_| self.rng.chance(50)).collect();
+        let is_old = self.rng.chance(30);
+        if is_old {
+            kinds.extend([ScanEvent::KeepImage, ScanEvent::PowerCutBeforeImage]);
+        }
+        if kinds.is_empty() {
+            return ModelEvents::default();
+        }
+        let mut retained: Vec<RetainedCell> = Vec::new();
+        for cell in self.retained(code) {
+            let is_known = retained.iter().any(|known| known.cell == cell);
+            if is_known {
+                continue;
+            }
+            let image = is_old.then(|| fresh(code, cell));
+            let limits = matches!(cell, Cell::Word(_)) && self.rng.chance(20);
+            let limits = limits.then(|| KeptLimits { low: -1, high: self.rng.range(0, 3) as i32 });
+            retained.push(RetainedCell { cell, limits, image });
+        }
+        let has_image = !retained.is_empty();
+        let image_is_final = is_old.then(|| fresh(code, Cell::Bit(BitCell(0))));
+        let image_is_final = image_is_final.map(|cell| match cell {
+            Cell::Bit(bit) => bit,
+            Cell::Word(_) | Cell::WordBit(_) => unreachable!("a bit"),
+        });
+        ModelEvents { kinds, has_image, retained, image_is_final, ..ModelEvents::default() }
+    }
+
+    /// Some of the cells that the program names, of structures all, and what is kept of Stages.
+    fn retained(&mut self, code: &EngineProgram) -> Vec<Cell> {
+        let layout = &code.layout;
+        let mut all = Vec::new();
+        for name in self.names.clone() {
+            if !self.rng.chance(30) {
+                continue;
+            }
+            let own = cell(self.program, &self.symbols, &name).expect("a cell");
+            let address = self.symbols.layout.address(own);
+            let Some(cell) = address.and_then(|address| layout.cell(address)) else { continue };
+            match address.and_then(Address::structure) {
+                Some(at) => {
+                    let bits = layout.record_bits(at).map(|bit| Cell::Bit(BitCell(bit)));
+                    all.extend(bits);
+                    all.push(Cell::Word(layout.word(Word::Acc(at))));
+                }
+                None if matches!(cell, Cell::WordBit(_)) => {}
+                None if address.is_some_and(is_writable) => all.push(cell),
+                None => {}
+            }
+        }
+        let kept = code.kept.iter().flat_map(|kept| {
+            (kept.first..kept.first + ResumeBits::bits(kept.stages))
+                .map(|at| Cell::Bit(BitCell(at)))
+        });
+        all.extend(kept);
+        all
     }
 
     fn condition(&mut self) -> (String, Contact) {
@@ -159,6 +231,24 @@ impl Draw<'_> {
         let mut names = ConditionNames::of(self.program, &options);
         Some(names.resolve(&written).ok()?.contact)
     }
+}
+
+fn is_writable(address: Address) -> bool {
+    match address {
+        Address::Bit(bit) => bit.forcible(),
+        Address::Word(word) => word.writable(),
+        Address::Structure(_) => false,
+    }
+}
+
+/// A private cell of the same type.
+pub fn fresh(code: &mut EngineProgram, cell: Cell) -> Cell {
+    if matches!(cell, Cell::Word(_)) {
+        code.word_count += 1;
+        return Cell::Word(WordCell(code.word_count - 1));
+    }
+    code.bit_count += 1;
+    Cell::Bit(BitCell(code.bit_count - 1))
 }
 
 impl Drawn {

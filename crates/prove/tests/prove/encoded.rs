@@ -8,15 +8,17 @@
 
 use super::aiger_file::WrittenSystem;
 use super::bench::{Asked, model, model_of};
+use super::drawn::fresh;
 use super::lanes::{LANES, Lanes};
 use rungd_engine::isa::status::dst;
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
-use rungd_engine::{BitCell, Cell, EngineProgram, Layout, WordCell};
+use rungd_engine::{BitCell, Cell, EngineProgram, Layout, ResumeBits, WordCell};
 use rungd_lab::traces::stimulus::StimulusTarget;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_prove::deduce::Patience;
 use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
+use rungd_prove::events::{ModelEvents, RetainedCell, ScanEvent};
 use rungd_prove::gates::content;
 use rungd_prove::model::{FreeInput, ProofModel, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
@@ -89,8 +91,11 @@ fn compare(model: &ProofModel, seed: u64, scans: u64) {
                     *value = input.low.max(0);
                 }
             }
-            if model.late_max > 1 {
-                values.push(rng.range(1, model.late_max.into()) as i32);
+            for choice in &model.choices()[model.inputs.len()..] {
+                // Nothing happens behind most scans.
+                let rests = choice.low == 0 && rng.chance(80);
+                let high = if rests { 0 } else { choice.high };
+                values.push(rng.range(choice.low.into(), high.into()) as i32);
             }
         }
         lanes.scan(&inputs);
@@ -227,9 +232,54 @@ fn x_cell(layout: &Layout, n: u32) -> Cell {
     Cell::Bit(layout.bit(Bit::Space(BitSpace::X, n)))
 }
 
+/// The same model, in which RUN may begin again behind every scan; some of its cells are retained.
+fn with_events(model: ProofModel, rng: &mut Rng) -> ProofModel {
+    let mut code = model.code.clone();
+    let layout = &model.code.layout;
+    let bits = (0..layout.bit_count()).map(|bit| Cell::Bit(BitCell(bit)));
+    let words = (0..layout.word_count()).map(|word| Cell::Word(WordCell(word)));
+    let is_status = |cell: &Cell| match layout.address(*cell) {
+        Some(Address::Bit(bit)) => !bit.forcible(),
+        Some(Address::Word(word)) => !word.writable(),
+        Some(Address::Structure(_)) | None => true,
+    };
+    let is_old = rng.chance(50);
+    let mut retained = Vec::new();
+    let kept = |cell: &Cell| {
+        let of = |kept: &ResumeBits| kept.first..kept.first + ResumeBits::bits(kept.stages);
+        matches!(cell, Cell::Bit(bit) if code.kept.iter().any(|kept| of(kept).contains(&bit.0)))
+    };
+    let stages: Vec<Cell> = bits.clone().filter(kept).collect();
+    let others = bits.chain(words).filter(|cell| !is_status(cell));
+    for cell in others.chain(stages.iter().copied()) {
+        if rng.chance(30) || stages.contains(&cell) {
+            let image = is_old.then(|| fresh(&mut code, cell));
+            retained.push(RetainedCell { cell, limits: None, image });
+        }
+    }
+    let mut kinds = vec![ScanEvent::Stop, ScanEvent::Restart, ScanEvent::PowerCut];
+    let mut image_is_final = None;
+    if is_old {
+        kinds.extend([ScanEvent::KeepImage, ScanEvent::PowerCutBeforeImage]);
+        let flag = fresh(&mut code, Cell::Bit(BitCell(0)));
+        image_is_final = Some(match flag {
+            Cell::Bit(bit) => bit,
+            Cell::Word(_) | Cell::WordBit(_) => unreachable!("a bit"),
+        });
+    }
+    let has_image = rng.chance(90);
+    let events =
+        ModelEvents { kinds, has_image, retained, image_is_final, ..ModelEvents::default() };
+    ProofModel { code, events, ..model }
+}
+
 /// The model of a generated case: its X are free, and some of what its stimulus writes.
 fn model_of_case(case: &Case) -> ProofModel {
-    let program = load(&case.ladder()).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
+    let mut program = load(&case.ladder()).unwrap_or_else(|e| panic!("seed {}: {e}", case.seed));
+    if case.seed.is_multiple_of(2) {
+        let staged = program.blocks.iter_mut().filter(|block| !block.stages.is_empty());
+        staged.for_each(|block| block.retains_stages = true);
+    }
     let asked = Asked {
         ladder: "",
         inputs: &[],
@@ -268,6 +318,18 @@ fn gates_equal_the_engine(case: &case::Case, seed: u64) {
         let model = model_with(&program, asked, names);
         let model = ProofModel { period_ms: case.period_ms, late_max, ..model };
         compare(&model, seed, 20);
+    }
+}
+
+#[test]
+fn gates_of_random_programs_equal_the_engine_over_stops_and_new_processes() {
+    let first = setting("RUNGD_PROVE_SEED", 1);
+    let scans = setting("RUNGD_PROVE_SCANS", 40);
+    for seed in first..first + setting("RUNGD_PROVE_PROGRAMS", 25) {
+        let case = generate(seed);
+        let model = with_events(model_of_case(&case), &mut Rng::new(seed ^ 0xE7));
+        println!("{}\n{:?}", case.ladder(), model.events);
+        compare(&model, seed, scans);
     }
 }
 

@@ -10,7 +10,7 @@ use std::fs;
 use std::time::Duration;
 
 /// The answers about the lines of a test file over a ladder, `always` before `can`.
-fn answers(ladder: &str, test: &str) -> Vec<Answer> {
+pub fn answers(ladder: &str, test: &str) -> Vec<Answer> {
     let folder = TestFolder::new("prove-environment");
     let path = folder.path().join("a.test.toml");
     fs::write(folder.path().join("ladder.toml"), ladder).expect("a ladder");
@@ -30,7 +30,7 @@ fn answers(ladder: &str, test: &str) -> Vec<Answer> {
 }
 
 /// The words of the answers.
-fn words(ladder: &str, test: &str) -> Vec<&'static str> {
+pub fn words(ladder: &str, test: &str) -> Vec<&'static str> {
     answers(ladder, test).iter().map(Answer::word).collect()
 }
 

@@ -39,8 +39,7 @@ pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
         let (mut next, hasher) = (HashMap::<u64, Vec<EngineState>>::new(), RandomState::new());
         for state in level {
             for inputs in &combinations {
-                assert!(run.engine.resume(&state));
-                run.scans = depth as u64;
+                run.resume(&state, depth as u64);
                 let outcome = run.scan(inputs);
                 scans += 1;
                 if !outcome.is_allowed {
@@ -50,6 +49,7 @@ pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
                     return Exhausted { found: Some(depth + 1), depth, is_all: false };
                 }
                 if !outcome.is_last {
+                    run.settle();
                     insert(&mut next, &hasher, &run.engine);
                 }
             }

@@ -52,8 +52,7 @@ fn run_at_random(drawn: &Drawn, target: Target, scans: usize) {
         let outcome = run.scan(&wanted);
         if !outcome.is_allowed {
             // No such scan: try others from the state before.
-            assert!(run.engine.resume(&before));
-            run.scans -= 1;
+            run.resume(&before, run.scans - 1);
             continue;
         }
         inputs = wanted;
@@ -62,6 +61,7 @@ fn run_at_random(drawn: &Drawn, target: Target, scans: usize) {
         if outcome.is_last {
             run = Run::new(&drawn.model);
         }
+        run.settle();
         before = EngineState::of(&run.engine);
     }
 }
@@ -248,8 +248,7 @@ fn attains(run: &mut Run, target: Target, scans: usize) -> bool {
         let mut next: Vec<EngineState> = Vec::new();
         for state_before in level {
             for values in &inputs {
-                assert!(run.engine.resume(&state_before));
-                run.scans = first + depth as u64;
+                run.resume(&state_before, first + depth as u64);
                 let outcome = run.scan(values);
                 if !outcome.is_allowed {
                     continue;
@@ -257,6 +256,7 @@ fn attains(run: &mut Run, target: Target, scans: usize) -> bool {
                 if target.is_met(run.engine.image()) {
                     return true;
                 }
+                run.settle();
                 let after = EngineState::of(&run.engine);
                 if !outcome.is_last && !next.contains(&after) && next.len() < 40 {
                     next.push(after);

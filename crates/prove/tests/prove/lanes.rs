@@ -1,6 +1,6 @@
 //! Several runs of a model on the engine, and the same runs as patterns of its gates.
 
-use rungd_engine::{Cell, Engine, EngineCall, Image, ScanObserver, ScanStep, WordCell};
+use rungd_engine::{Cell, EngineCall, Image, ScanObserver, ScanStep, WordCell};
 use rungd_prove::aig::simulator::NodeValues;
 use rungd_prove::gates::{GateCut, Gates, InputOf};
 use rungd_prove::model::{ProofModel, Run, ScanOutcome};
@@ -84,20 +84,15 @@ impl ScanObserver for CutEye<'_> {
 
 impl<'m> LaneRun<'m> {
     /// One scan, as `Run::scan` executes it, with an observer of the cuts.
-    fn scan(&mut self, model: &ProofModel, cuts: &[GateCut], inputs: &[i32]) {
-        let is_last = self.run.engine.stops();
-        let now_ns = model.next_ns(&self.run.engine, inputs);
-        let engine: &mut Engine = &mut self.run.engine;
-        engine.begin_scan(now_ns, &Default::default(), &Default::default());
-        let is_first = engine.scans() == 0;
-        let given = model.inputs.iter().zip(inputs);
-        for (input, value) in given.filter(|(input, _)| is_first || input.cold.is_none()) {
-            engine.apply(EngineCall::Write(input.cell, *value));
-        }
+    fn scan(&mut self, cuts: &[GateCut], inputs: &[i32]) {
         let mut eye =
             CutEye { cuts, open: Vec::new(), indices: HashMap::new(), values: HashMap::new() };
-        engine.apply_seen(EngineCall::Execute, &mut eye);
-        let image = engine.image();
+        self.outcome = self.run.scan_with(inputs, |engine| {
+            // A STOP of this scan comes later.
+            let is_last = engine.stops();
+            engine.apply_seen(EngineCall::Execute, &mut eye);
+            is_last
+        });
         let cut_value = |at: usize| {
             // The value of an operation that writes nothing does not matter, but is within limits.
             let value = eye.values.get(&at).copied().unwrap_or(0);
@@ -105,12 +100,6 @@ impl<'m> LaneRun<'m> {
         };
         self.cuts = (0..cuts.len()).map(cut_value).collect();
         self.inputs = inputs.to_vec();
-        self.outcome = ScanOutcome {
-            is_allowed: model.assumed.iter().all(|bit| image.bit(*bit)),
-            judged: model.judged.iter().map(|bit| image.bit(*bit)).collect(),
-            is_last,
-        };
-        self.run.scans += 1;
     }
 }
 
@@ -143,7 +132,7 @@ impl<'m> Lanes<'m> {
     /// Executes a scan in each lane that is not over.
     pub fn scan(&mut self, inputs: &[Vec<i32>]) {
         for (lane, inputs) in self.runs.iter_mut().zip(inputs).filter(|(lane, _)| !lane.is_over) {
-            lane.scan(self.model, &self.cuts, inputs);
+            lane.scan(&self.cuts, inputs);
         }
     }
 

@@ -45,6 +45,11 @@ impl RetainedLimits {
         RetainedLimits(limits)
     }
 
+    /// The limits of a word that has any.
+    pub fn of(&self, element: RetainedElement) -> Option<[i32; 2]> {
+        self.0.get(&element).map(|limit| [limit.min, limit.max])
+    }
+
     /// The reason why a word cannot take a value; `None` if it can.
     pub fn refuse(&self, element: RetainedElement, value: i32) -> Option<String> {
         let RetainedLimit { min, max, initial } = *self.0.get(&element)?;

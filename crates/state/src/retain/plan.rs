@@ -16,7 +16,7 @@ use super::content::{
 };
 use super::limits::RetainedLimits;
 use super::owners::{RetainedShifts, SensaphonePreset, owners, preset, terminated};
-pub use super::restoration::{DroppedElement, Restoration};
+pub use super::restoration::{DroppedElement, MemoryCount, Restoration, RestoredCell};
 use super::stages::RetainedStages;
 use rungd_engine::isa::{Address, Space, Structure, Word, WordSpace, status};
 use rungd_engine::{BitCell, Cell, Layout, WordCell};
@@ -224,6 +224,22 @@ impl RetainPlan {
         restoration.dropped.splice(0..0, dropped_lines(&drops, &then));
         self.stages.restore(&found.programs, &mut restoration);
         restoration
+    }
+
+    /// The cells that an image of the same program restores. `sizes`: the numbers of all bits and
+    /// words of an engine with the program.
+    pub fn restored_cells(&self, sizes: MemoryCount) -> Vec<RestoredCell> {
+        let mut content = Vec::new();
+        self.gather(&vec![1; sizes.bits], &vec![0; sizes.words], &mut content);
+        let found = content::read(&content).expect("its own content");
+        // Without limits nothing is refused.
+        let unlimited = RetainPlan { limits: RetainedLimits::default(), ..self.clone() };
+        let puts = unlimited.restore(&found, true).puts.into_iter();
+        let limits = |cell| {
+            let at = self.layout.address(cell).and_then(element_of)?;
+            self.limits.of(at)
+        };
+        puts.map(|(cell, _)| RestoredCell { cell, limits: limits(cell) }).collect()
     }
 
     fn put(

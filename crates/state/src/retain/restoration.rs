@@ -23,6 +23,24 @@ pub struct Restoration {
     pub fresh: usize,
 }
 
+/// A cell that an image restores.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RestoredCell {
+    /// The cell.
+    pub cell: Cell,
+    /// The limits outside of which it is not restored: the least and the greatest content.
+    pub limits: Option<[i32; 2]>,
+}
+
+/// The size of an engine's memory.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MemoryCount {
+    /// The number of bits.
+    pub bits: usize,
+    /// The number of words.
+    pub words: usize,
+}
+
 /// An element of the image that was not restored.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DroppedElement {
