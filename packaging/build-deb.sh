@@ -34,7 +34,7 @@ rungd="$built/rungd"
 "$rungd" completions bash >"$made/completions/rungd"
 "$rungd" completions zsh >"$made/completions/_rungd"
 "$rungd" completions fish >"$made/completions/rungd.fish"
-for kind in ladder controller test edge; do
+for kind in ladder controller test edge opcua; do
     "$rungd" schema "$kind" >"$made/schema/$kind.schema.json"
 done
 packaging/third-party.sh >"$made/third-party-licences.txt"

@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 at="$(mktemp -d)"
 trap 'rm -rf "$at"' EXIT
 cp -r config "$at/config"
-for kind in ladder controller test edge; do "$rungd" schema "$kind" >"$at/$kind.schema.json"; done
+for kind in ladder controller test edge opcua; do "$rungd" schema "$kind" >"$at/$kind.schema.json"; done
 # tombi uses the first schema whose pattern matches; a `*` matches `/` too.
 cat >"$at/tombi.toml" <<'TOML'
 toml-version = "v1.0.0"
@@ -30,7 +30,11 @@ include = ["config/programs/*.toml", "config/lib/*.toml", "config/first/programs
 
 [[schemas]]
 path = "edge.schema.json"
-include = ["config/edge/*.toml"]
+include = ["config/edge/edge.toml"]
+
+[[schemas]]
+path = "opcua.schema.json"
+include = ["config/edge/opcua.toml"]
 
 [[schemas]]
 path = "controller.schema.json"

@@ -38,6 +38,9 @@ pub enum SchemaKind {
     /// The file of an edge node
     #[cfg(feature = "fleet")]
     Edge,
+    /// The file of an OPC UA server
+    #[cfg(feature = "fleet")]
+    Opcua,
 }
 
 /// The pattern of a duration, as in `isa::duration`.
@@ -61,6 +64,8 @@ pub fn of(kind: SchemaKind) -> Value {
         SchemaKind::Test => (testing::shape(), "A test file of rungd"),
         #[cfg(feature = "fleet")]
         SchemaKind::Edge => (rungd_fleet::edge::shape(), "A file of an edge node of rungd"),
+        #[cfg(feature = "fleet")]
+        SchemaKind::Opcua => (rungd_fleet::opcua::shape(), "A file of an OPC UA server of rungd"),
     };
     let mut writer = SchemaWriter { places: Map::new() };
     let mut schema = writer.table(&shape);

@@ -129,7 +129,7 @@ fn printed(text: &str, file: &str) -> Vec<Told> {
 fn compare(folder: &Path) -> usize {
     let mut editor = Editor::new(folder);
     let mut found = 0;
-    // The editor does not handle the file of an edge node.
+    // The editor does not handle the files of an edge node and of an OPC UA server.
     for name in shipped(folder).into_iter().filter(|name| !name.starts_with("edge/")) {
         let path = folder.join(&name).canonicalize().unwrap();
         let Ok(text) = std::fs::read_to_string(&path) else { continue };

@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("src", &["main", "cli", "daemon"]),
     ("client", &["live", "operator"]),
     ("config", &["explain", "load", "controller"]),
-    ("fleet", &["edge", "fleet", "metrics"]),
+    ("fleet", &["edge", "fleet", "metrics", "opcua", "journal"]),
     ("history", &["playback", "record", "observe"]),
     ("lab", &["draw", "testing", "rig", "traces", "svg"]),
     ("language", &["lower", "check", "resolve", "format", "source"]),
@@ -78,6 +78,7 @@ fn source_folders() -> Vec<(String, PathBuf)> {
         })
         .collect();
     folders.push(("src".to_owned(), root().join("src")));
+    folders.push(("opcua".to_owned(), root().join("opcua/src")));
     folders
 }
 

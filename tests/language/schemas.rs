@@ -14,6 +14,7 @@ use crate::language::validator::{json_of, wrong};
 use rungd::cli::schema::{SchemaKind, of};
 use rungd_config::load;
 use rungd_fleet::edge::read_edge;
+use rungd_fleet::opcua::read_opcua;
 use rungd_lab::testing::read_suite;
 use rungd_language::source::finding::Severity;
 use serde_json::Value;
@@ -38,6 +39,8 @@ fn kind(path: &Path) -> SchemaKind {
         SchemaKind::Test
     } else if path.ends_with("edge.toml") {
         SchemaKind::Edge
+    } else if path.ends_with("opcua.toml") {
+        SchemaKind::Opcua
     } else if load::is_controller_file(path).expect("readable") {
         SchemaKind::Controller
     } else {
@@ -51,6 +54,7 @@ fn has_errors(path: &Path) -> bool {
         SchemaKind::Ladder => load::ladder_files(&[path.to_owned()]).expect("readable").findings,
         SchemaKind::Test => read_suite(path).expect("readable").findings,
         SchemaKind::Edge => read_edge(path, &fs::read(path).expect("readable")).findings,
+        SchemaKind::Opcua => read_opcua(path, &fs::read(path).expect("readable")).findings,
     };
     findings.iter().any(|finding| finding.severity() == Severity::Error)
 }
@@ -261,6 +265,7 @@ fn an_independent_validator_gives_the_same_results() {
         (SchemaKind::Controller, "controller"),
         (SchemaKind::Test, "test"),
         (SchemaKind::Edge, "edge"),
+        (SchemaKind::Opcua, "opcua"),
     ];
     for (wanted, name) in kinds {
         let schema = folder.join(format!("{name}.json"));
@@ -272,6 +277,7 @@ fn an_independent_validator_gives_the_same_results() {
             SchemaKind::Controller => "ladder = [\"a.toml\"]\n[scan]\nperiode = \"10ms\"\n",
             SchemaKind::Test => "ladder = [\"a.toml\"]\nperiode = \"10ms\"\n",
             SchemaKind::Edge => "[node]\ngroup = \"g\"\nname = \"n\"\n[broker]\naddresses = []\n",
+            SchemaKind::Opcua => "[server]\nname = \"press 3\"\n",
         };
         fs::write(&bad, text).expect("a file");
         let good = good().iter().filter(|path| kind(path) == wanted).cloned().collect();

@@ -1,5 +1,6 @@
 //! Many controllers: the Sparkplug B edge node ([`edge`]), the controllers behind a broker
-//! ([`fleet`]), metrics for a time-series database ([`metrics`]).
+//! ([`fleet`]), metrics for a time-series database ([`metrics`]), the file of the OPC UA server
+//! ([`opcua`]).
 //!
 //! Each is a program of its own (a subcommand) and a client of the operator's socket or of a
 //! broker; none is part of the daemon.
@@ -37,4 +38,6 @@
 
 pub mod edge;
 pub mod fleet;
+pub mod journal;
 pub mod metrics;
+pub mod opcua;

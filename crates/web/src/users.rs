@@ -98,6 +98,30 @@ impl Users {
     }
 }
 
+/// The users of a file, for a program that lets people in by name and password.
+#[derive(Debug)]
+pub struct UserFile {
+    path: PathBuf,
+    hasher: Hasher,
+}
+
+impl UserFile {
+    /// The users of the file with this path. It is read for each password.
+    pub fn new(path: PathBuf) -> UserFile {
+        UserFile { path, hasher: Hasher::default() }
+    }
+
+    /// Whether a password is that of a user. For an unknown user it takes the same time. Blocks
+    /// while a hash is made.
+    ///
+    /// # Errors
+    /// [`UserFailure`]: the file cannot be read.
+    pub fn admits(&self, name: &str, password: &str) -> Result<bool, UserFailure> {
+        let users = Users::read(&self.path)?;
+        Ok(users.verified(&self.hasher, name, password).is_some())
+    }
+}
+
 /// Writes the password of a user into a file. Makes the file if it does not exist. The password
 /// `None` removes the user. If several processes do it at the same time, each one's change stays.
 ///

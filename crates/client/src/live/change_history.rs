@@ -4,7 +4,7 @@
 //! The log consists of the controller's memory, and of the files of its recorded folder if this
 //! process may read them. Called by `edge` after a link was down.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::change_follower::start;
@@ -13,6 +13,7 @@ use super::follower::{LookFailure, recorded};
 use super::log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 use super::logged_program::{ChooseCells, LoggedProgram, LoggedPrograms};
 use crate::operator::client::CallFailure;
+use crate::operator::protocol::ControllerStatus;
 use rungd_history::playback::{Playback, Unplayable};
 use rungd_history::record::{RecordedFolder, Recording};
 use rungd_runtime::TapeSection;
@@ -223,6 +224,21 @@ impl HistorySpan {
         let is_in_margin = change.unix_ns >= from.unix_ns.saturating_sub(*margin_ns);
         is_behind || is_in_margin && *margin_ns > 0
     }
+}
+
+/// The folder in which a controller records; `None`: it has none. A relative path is resolved in
+/// the controller's working directory.
+pub fn recorded_folder(status: &ControllerStatus) -> Option<RecordedFolder> {
+    let disk = status.record.disk.as_ref()?;
+    let controller = Path::new(&status.controller).file_stem()?.to_string_lossy().into_owned();
+    let named = PathBuf::from(&disk.dir);
+    let dir = if named.is_relative() {
+        let base = std::fs::read_link(format!("/proc/{}/cwd", status.pid)).unwrap_or_default();
+        base.join(named)
+    } else {
+        named
+    };
+    Some(RecordedFolder { dir, controller })
 }
 
 /// The part of a span in the controller's memory, and perhaps a little more. A section lasts about

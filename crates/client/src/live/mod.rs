@@ -18,18 +18,20 @@ mod logged_program;
 #[cfg(test)]
 mod output_tests;
 mod program;
+mod tag_type;
 #[cfg(test)]
 mod tests;
 mod trend;
 mod view;
 
 pub use change_follower::ChangeFollower;
-pub use change_history::{ChangeHistory, HistorySpan};
+pub use change_history::{ChangeHistory, HistorySpan, recorded_folder};
 pub use events::LiveEvent;
 pub use follower::{ControllerFollower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
 pub use program::{LiveProgram, LiveTag};
 pub use rungd_history::record::RecordedFolder;
+pub use tag_type::TagType;
 pub use trend::{Trend, TrendPoint};
 pub use view::{LiveView, TagValue};

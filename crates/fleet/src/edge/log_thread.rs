@@ -2,7 +2,7 @@
 //! and passes on the writes of commands. Its calls block, so it is separate from `shell`, which
 //! uses it.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,11 +16,11 @@ use super::settings::EdgeSettings;
 use super::tags::chooser;
 use rungd_client::live::{
     ChangeFollower, ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LookFailure,
-    RecordedFolder,
+    RecordedFolder, recorded_folder,
 };
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{ControllerPoller, PollPace};
-use rungd_client::operator::protocol::{ControllerStatus, GivenValue, Request};
+use rungd_client::operator::protocol::{GivenValue, Request};
 use rungd_client::operator::socket_of_environment;
 use rungd_net::sparkplug::{MetricValue, vocabulary};
 
@@ -189,7 +189,7 @@ impl LogWorker {
     fn status(&mut self) -> Result<(), Abandoned> {
         let asked = self.poller.controller().and_then(|controller| controller.status_and_alarms());
         let Ok((status, alarms)) = asked else { return Ok(()) };
-        self.folder = folder(&status);
+        self.folder = recorded_folder(&status);
         self.send_report(LogReport::Facts(of_controller(&status, &alarms)))
     }
 
@@ -317,19 +317,4 @@ impl LogWorker {
             path.display()
         )
     }
-}
-
-/// The folder in which the controller records. A relative path is resolved in the controller's
-/// working directory.
-fn folder(status: &ControllerStatus) -> Option<RecordedFolder> {
-    let disk = status.record.disk.as_ref()?;
-    let controller = Path::new(&status.controller).file_stem()?.to_string_lossy().into_owned();
-    let named = PathBuf::from(&disk.dir);
-    let dir = if named.is_relative() {
-        let base = std::fs::read_link(format!("/proc/{}/cwd", status.pid)).unwrap_or_default();
-        base.join(named)
-    } else {
-        named
-    };
-    Some(RecordedFolder { dir, controller })
 }

@@ -6,11 +6,11 @@
 use std::sync::Arc;
 
 use super::settings::{EdgeSettings, PublishRule};
-use rungd_client::live::{ChooseCells, LoggedProgram, NamedCell};
+use rungd_client::live::{ChooseCells, LoggedProgram, NamedCell, TagType};
 use rungd_client::operator::protocol::GivenValue;
 use rungd_config::controller::OUTPUT_UNKNOWN;
 use rungd_engine::Cell;
-use rungd_engine::isa::{Address, Real, Word};
+use rungd_engine::isa::{Address, Real};
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 use rungd_net::sparkplug::{BornMetric, DataType, MetricProperties, MetricValue};
@@ -44,7 +44,7 @@ pub(super) fn metrics(
 ) -> Vec<TagMetric> {
     let all = all(settings, &logged.playable.program, &logged.playable.symbols);
     let metric = |(at, (name, address, cell, tag, rule)): (u64, ChosenTag<'_>)| {
-        let datatype = datatype(address, cell, &logged.playable.symbols);
+        let datatype = datatype(TagType::of(address, cell, &logged.playable.symbols));
         let may_write = settings.commands.contains(&name);
         let content = |limit: &Option<(i32, _)>| limit.as_ref().map(|(content, _)| *content);
         let limits = content(&tag.min).zip(content(&tag.max));
@@ -88,20 +88,14 @@ fn all<'a>(
     all
 }
 
-/// The type of an operand, chosen by the operand's range of values.
-fn datatype(address: Address, cell: Cell, symbols: &Symbols) -> DataType {
-    match (address, cell) {
-        (_, Cell::Bit(_)) => DataType::Boolean,
-        (_, Cell::Word(word)) if symbols.layout.is_real(word) => DataType::Float,
-        (Address::Word(word @ Word::Space(..)), _) => match word.range() {
-            (0.., 0..=0xffff) => DataType::UInt16,
-            (-0x8000.., ..=0x7fff) => DataType::Int16,
-            _ => DataType::Int32,
-        },
-        (
-            Address::Word(Word::Acc(_) | Word::Pre(_)) | Address::Bit(_) | Address::Structure(_),
-            _,
-        ) => DataType::Int32,
+/// The type of a metric.
+fn datatype(tag_type: TagType) -> DataType {
+    match tag_type {
+        TagType::Bit => DataType::Boolean,
+        TagType::Unsigned16 => DataType::UInt16,
+        TagType::Signed16 => DataType::Int16,
+        TagType::Signed32 => DataType::Int32,
+        TagType::Real => DataType::Float,
     }
 }
 

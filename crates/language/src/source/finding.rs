@@ -291,6 +291,8 @@ findings! {
     NoMain "no-main" Error "A program has a block `Main`.";
     Controller "controller" Error "A controller file contains a setting that is impossible.";
     Edge "edge-file" Error "The file of an edge node contains a setting that is impossible.";
+    OpcUa "opcua-file" Error
+        "The file of an OPC UA server contains a setting that is impossible.";
     UnknownEvent "unknown-event" Error "The log has no event of this name.";
     KeptEvent "kept-event" Error "A controller file silences an event that must stay in the log.";
     TestFile "test-file" Error "A test file contains a setting that is impossible.";

@@ -46,7 +46,7 @@ impl Code {
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument
             | ForbiddenName | TemplateRule | TagKey | TestStep | TestEmpty
             | LevelLeftOut | PasswordInClear => RestsOn::Table,
-            Controller | Edge | TestFile => RestsOn::Group,
+            Controller | Edge | OpcUa | TestFile => RestsOn::Group,
             BeyondMemory | MemoryFull | RetainsNothing | ColdForEver => RestsOn::Settings,
             Order | ResetWithoutOwner | NoMain | OutLostOnJumpBack | RunsThrough | StageNeverEntered
             | SubroutineNeverCalled

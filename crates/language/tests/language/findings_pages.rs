@@ -68,6 +68,9 @@ fn load(row: &FindingRow, files: &[SourceFile]) -> Loaded {
     } else if files[0].name.ends_with(".edge.toml") {
         let read = rungd_fleet::edge::read_edge(&path, files[0].text.as_bytes());
         Loaded { files: vec![read.file], findings: read.findings }
+    } else if files[0].name.ends_with("opcua.toml") {
+        let read = rungd_fleet::opcua::read_opcua(&path, files[0].text.as_bytes());
+        Loaded { files: vec![read.file], findings: read.findings }
     } else {
         let loaded = if load::is_controller_file(&path).expect("it was written") {
             load::controller_file(&path).expect("it was written")

@@ -1,0 +1,301 @@
+//! The alarms of the controller as events of OPC UA's Alarms and Conditions (part 9): each change
+//! of an alarm's state is an event of its condition.
+//!
+//! The controller's alarm book is the only one: this module compares its lists.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use opcua::nodes::Event;
+use opcua::server::{EventField, ServerHandle};
+use opcua::types::{
+    AttributeId, ByteString, DateTime, LocalizedText, NodeId, NumericRange, ObjectId, ObjectTypeId,
+    QualifiedName, UAString, Variant,
+};
+use rungd_base::locked::locked;
+use rungd_client::operator::protocol::{AlarmList, AlarmState, AlarmStatus};
+use rungd_language::resolve::priority::Priority;
+
+use crate::space::{ALARMS, ROOT, node_id};
+use crate::values::time;
+
+/// The numbers of events in this process.
+static EVENTS: AtomicU64 = AtomicU64::new(1);
+
+/// The id of the condition of an alarm.
+pub fn condition_id(namespace: u16, tag: &str) -> NodeId {
+    node_id(namespace, &format!("{ALARMS}/{tag}"))
+}
+
+/// The alarm that a condition's id stands for.
+pub fn alarm_of(id: &str) -> Option<&str> {
+    id.strip_prefix(ALARMS)?.strip_prefix('/')
+}
+
+/// The last event of each alarm that stands or waits for an acknowledgement, by tag. Shared with the
+/// methods of conditions.
+pub type StandingAlarms = Arc<Mutex<BTreeMap<String, AlarmEvent>>>;
+
+/// The alarms as last told.
+#[derive(Debug)]
+pub struct AlarmBook {
+    namespace: u16,
+    told: BTreeMap<String, AlarmStatus>,
+    standing: StandingAlarms,
+}
+
+impl AlarmBook {
+    /// Before the first list.
+    pub fn new(namespace: u16, standing: StandingAlarms) -> AlarmBook {
+        AlarmBook { namespace, told: BTreeMap::new(), standing }
+    }
+
+    /// Tells the changes since the last list. An alarm that is no more listed is normal again.
+    pub fn take(&mut self, list: &AlarmList, handle: &ServerHandle) {
+        let listed = list.alarms.iter().map(|alarm| (alarm.tag.clone(), alarm.clone()));
+        let now: BTreeMap<String, AlarmStatus> = listed.collect();
+        let over = self.told.values().filter(|alarm| !now.contains_key(&alarm.tag));
+        let over = over.map(|alarm| AlarmStatus { state: AlarmState::Normal, ..alarm.clone() });
+        let is_news = |alarm: &&AlarmStatus| {
+            let told = self.told.get(&alarm.tag);
+            told.is_none_or(|told| (told.state, told.since) != (alarm.state, alarm.since))
+        };
+        let news = over.chain(now.values().filter(is_news).cloned());
+        let events: Vec<AlarmEvent> =
+            news.map(|alarm| AlarmEvent::new(self.namespace, &alarm)).collect();
+        let mut standing = locked(&self.standing);
+        standing.retain(|tag, _| now.contains_key(tag));
+        for event in events.iter().filter(|event| now.contains_key(&event.tag)) {
+            standing.insert(event.tag.clone(), event.clone());
+        }
+        drop(standing);
+        let root = node_id(self.namespace, ROOT);
+        let events = events.iter().map(|event| (event as &dyn Event, &root));
+        handle.subscriptions().notify_events(events);
+        self.told = now;
+    }
+
+    /// Tells that nodes came or went.
+    pub fn model_changed(&self, handle: &ServerHandle) {
+        let kind = ObjectTypeId::GeneralModelChangeEventType;
+        let event = PlainEvent::new(kind, "the program has changed");
+        let server = NodeId::from(ObjectId::Server);
+        handle.subscriptions().notify_events([(&event as &dyn Event, &server)].into_iter());
+    }
+}
+
+/// A new identity of an event.
+fn new_event_id() -> ByteString {
+    let number = EVENTS.fetch_add(1, Ordering::Relaxed);
+    let mut bytes = u64::from(std::process::id()).to_be_bytes().to_vec();
+    bytes.extend(number.to_be_bytes());
+    ByteString::from(bytes)
+}
+
+/// The severity of the standard, 1 to 1000.
+fn severity(priority: Priority) -> u16 {
+    match priority {
+        Priority::Critical => 900,
+        Priority::High => 700,
+        Priority::Medium => 500,
+        Priority::Low => 200,
+    }
+}
+
+/// A state of an alarm, as an event.
+#[derive(Clone, Debug)]
+pub struct AlarmEvent {
+    id: ByteString,
+    event_type: NodeId,
+    condition: NodeId,
+    source: NodeId,
+    tag: String,
+    text: String,
+    state: AlarmState,
+    priority: Priority,
+    time: DateTime,
+    /// The user who acknowledged it.
+    who: String,
+}
+
+impl AlarmEvent {
+    /// The state of an alarm.
+    pub fn new(namespace: u16, alarm: &AlarmStatus) -> AlarmEvent {
+        let acknowledged = alarm.acknowledged.as_ref();
+        let times = [
+            alarm.since.map(|time| time.unix_ns),
+            alarm.ended.map(|time| time.unix_ns),
+            acknowledged.map(|ack| ack.unix_ns),
+        ];
+        let latest = times.into_iter().flatten().max();
+        AlarmEvent {
+            id: new_event_id(),
+            event_type: ObjectTypeId::AlarmConditionType.into(),
+            condition: condition_id(namespace, &alarm.tag),
+            source: node_id(namespace, &alarm.tag),
+            tag: alarm.tag.clone(),
+            text: alarm.text.clone(),
+            state: alarm.state,
+            priority: alarm.priority,
+            time: latest.map_or_else(DateTime::now, time),
+            who: acknowledged.map_or_else(String::new, |ack| ack.who.clone()),
+        }
+    }
+
+    /// Whether nothing is left to acknowledge.
+    pub fn is_acknowledged(&self) -> bool {
+        match self.state {
+            AlarmState::Unacknowledged | AlarmState::Returned => false,
+            AlarmState::Acknowledged | AlarmState::Normal => true,
+        }
+    }
+
+    /// The alarm.
+    pub fn tag(&self) -> &str {
+        &self.tag
+    }
+
+    /// Its identity, which an acknowledgement names.
+    pub fn id(&self) -> &ByteString {
+        &self.id
+    }
+
+    /// The content of a field; empty if an alarm of rungd does not have it.
+    fn field(&self, path: &str) -> Variant {
+        let word = |text: &str| Variant::from(LocalizedText::new("en", text));
+        let both = |is: bool, yes: &str, no: &str| word(if is { yes } else { no });
+        let (active, acked) = (self.state.is_active(), self.is_acknowledged());
+        match path {
+            "EventId" => Variant::from(self.id.clone()),
+            "EventType" => Variant::from(self.event_type.clone()),
+            "SourceNode" => Variant::from(self.source.clone()),
+            "SourceName" | "ConditionName" => Variant::from(UAString::from(self.tag.as_str())),
+            "Time" | "ReceiveTime" => Variant::from(self.time),
+            "Message" => word(&self.text),
+            "Severity" | "LastSeverity" => Variant::from(severity(self.priority)),
+            "BranchId" => Variant::from(NodeId::null()),
+            "Retain" => Variant::from(active || !acked),
+            "EnabledState" => word("Enabled"),
+            "EnabledState/Id" => Variant::from(true),
+            "ActiveState" => both(active, "Active", "Inactive"),
+            "ActiveState/Id" => Variant::from(active),
+            "AckedState" => both(acked, "Acknowledged", "Unacknowledged"),
+            "AckedState/Id" => Variant::from(acked),
+            "Quality" => Variant::from(opcua::types::StatusCode::Good),
+            "ClientUserId" => Variant::from(UAString::from(self.who.as_str())),
+            "Comment" => word(""),
+            "SuppressedOrShelved" => Variant::from(false),
+            "ConditionClassId" => {
+                Variant::from(NodeId::from(ObjectTypeId::ProcessConditionClassType))
+            }
+            "ConditionClassName" => word("ProcessConditionClassType"),
+            "InputNode" => Variant::from(self.source.clone()),
+            _ => Variant::Empty,
+        }
+    }
+}
+
+/// The names of a path, joined by `/`; `None`: it has names of other namespaces.
+fn joined(path: &[QualifiedName]) -> Option<String> {
+    let names: Option<Vec<&str>> =
+        path.iter().map(|name| (name.namespace_index == 0).then(|| name.name.as_ref())).collect();
+    names.map(|names| names.join("/"))
+}
+
+impl EventField for AlarmEvent {
+    fn get_value(
+        &self,
+        attribute_id: AttributeId,
+        _: &NumericRange,
+        path: &[QualifiedName],
+    ) -> Variant {
+        match (attribute_id, path) {
+            // The condition itself: clients name it to acknowledge.
+            (AttributeId::NodeId, []) => Variant::from(self.condition.clone()),
+            (AttributeId::Value, path) => {
+                joined(path).map_or(Variant::Empty, |path| self.field(&path))
+            }
+            _ => Variant::Empty,
+        }
+    }
+}
+
+impl Event for AlarmEvent {
+    fn get_field(
+        &self,
+        _: &NodeId,
+        attribute_id: AttributeId,
+        index_range: &NumericRange,
+        path: &[QualifiedName],
+    ) -> Variant {
+        self.get_value(attribute_id, index_range, path)
+    }
+
+    fn time(&self) -> &DateTime {
+        &self.time
+    }
+
+    fn event_type_id(&self) -> &NodeId {
+        &self.event_type
+    }
+}
+
+/// An event without a condition: nodes came or went, a refresh begins or ends.
+#[derive(Debug)]
+pub struct PlainEvent {
+    id: ByteString,
+    event_type: NodeId,
+    message: &'static str,
+    time: DateTime,
+}
+
+impl PlainEvent {
+    /// An event of this time.
+    pub fn new(kind: ObjectTypeId, message: &'static str) -> PlainEvent {
+        PlainEvent { id: new_event_id(), event_type: kind.into(), message, time: DateTime::now() }
+    }
+}
+
+impl EventField for PlainEvent {
+    fn get_value(
+        &self,
+        attribute_id: AttributeId,
+        _: &NumericRange,
+        path: &[QualifiedName],
+    ) -> Variant {
+        if attribute_id != AttributeId::Value {
+            return Variant::Empty;
+        }
+        match joined(path).as_deref() {
+            Some("EventId") => Variant::from(self.id.clone()),
+            Some("EventType") => Variant::from(self.event_type.clone()),
+            Some("SourceNode") => Variant::from(NodeId::from(ObjectId::Server)),
+            Some("SourceName") => Variant::from(UAString::from("Server")),
+            Some("Time" | "ReceiveTime") => Variant::from(self.time),
+            Some("Message") => Variant::from(LocalizedText::new("en", self.message)),
+            Some("Severity") => Variant::from(100_u16),
+            Some(_) | None => Variant::Empty,
+        }
+    }
+}
+
+impl Event for PlainEvent {
+    fn get_field(
+        &self,
+        _: &NodeId,
+        attribute_id: AttributeId,
+        index_range: &NumericRange,
+        path: &[QualifiedName],
+    ) -> Variant {
+        self.get_value(attribute_id, index_range, path)
+    }
+
+    fn time(&self) -> &DateTime {
+        &self.time
+    }
+
+    fn event_type_id(&self) -> &NodeId {
+        &self.event_type
+    }
+}

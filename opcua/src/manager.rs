@@ -1,0 +1,259 @@
+//! What clients ask of the nodes of the controller: writes, and values of the past. Present values are in the address space, where `publish` puts them.
+
+use std::fmt;
+use std::sync::{Arc, RwLock as StdRwLock};
+
+use async_trait::async_trait;
+use opcua::server::address_space::AddressSpace;
+use opcua::server::diagnostics::NamespaceMetadata;
+use opcua::server::node_manager::memory::{
+    InMemoryNodeManager, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
+};
+use opcua::server::node_manager::{HistoryNode, RequestContext, ServerContext, WriteNode};
+use opcua::sync::RwLock;
+use opcua::types::{
+    AttributeId, Identifier, NodeId, NumericRange, ReadProcessedDetails, ReadRawModifiedDetails,
+    StatusCode, TimestampsToReturn, Variant,
+};
+use rungd_client::operator::protocol::{GivenWrite, Request};
+use rungd_fleet::opcua::OpcUaSettings;
+
+use crate::follow::FollowedController;
+use crate::history::HistoryReader;
+use crate::journal::{LineSubject, ServerLines};
+use crate::shown::ShownTree;
+use crate::space::add_frame;
+use crate::status::add_status;
+use crate::tags::PlantVariable;
+use crate::values::{given, given_array};
+
+/// The nodes of the controller.
+pub type PlantNodes = InMemoryNodeManager<PlantManager>;
+
+/// The namespace of the nodes: the same for every controller of a name.
+fn namespace_uri(settings: &OpcUaSettings) -> String {
+    format!("urn:rungd:{}", settings.name)
+}
+
+/// Makes the manager of the controller's nodes.
+pub struct PlantManagerBuilder {
+    /// The settings.
+    pub settings: OpcUaSettings,
+    /// The controller.
+    pub followed: FollowedController,
+    /// The lines that clients can cause.
+    pub lines: ServerLines,
+}
+
+impl InMemoryNodeManagerImplBuilder for PlantManagerBuilder {
+    type Impl = PlantManager;
+
+    fn build(self, context: ServerContext, space: &mut AddressSpace) -> PlantManager {
+        let uri = namespace_uri(&self.settings);
+        let namespace = context.type_tree.write().namespaces_mut().add_namespace(&uri);
+        space.add_namespace(&uri, namespace);
+        add_frame(space, namespace, &self.settings.name);
+        add_status(space, namespace);
+        let PlantManagerBuilder { settings, followed, lines } = self;
+        let history = HistoryReader::new(&settings, followed.clone(), lines.clone());
+        let shown = StdRwLock::default();
+        PlantManager { namespace, uri, followed, lines, history, shown }
+    }
+}
+
+/// Answers requests for the nodes of the controller.
+pub struct PlantManager {
+    namespace: u16,
+    uri: String,
+    followed: FollowedController,
+    lines: ServerLines,
+    history: HistoryReader,
+    shown: StdRwLock<Arc<ShownTree>>,
+}
+
+impl fmt::Debug for PlantManager {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PlantManager").field("uri", &self.uri).finish_non_exhaustive()
+    }
+}
+
+impl PlantManager {
+    /// The number of the namespace.
+    pub fn namespace(&self) -> u16 {
+        self.namespace
+    }
+
+    /// A new program is shown.
+    pub fn show(&self, tree: Arc<ShownTree>) {
+        if let Ok(mut shown) = self.shown.write() {
+            *shown = tree;
+        }
+    }
+
+    fn shown(&self) -> Arc<ShownTree> {
+        self.shown.read().map(|shown| Arc::clone(&shown)).unwrap_or_default()
+    }
+
+    /// The writes of the controller for a client's write.
+    ///
+    /// # Errors
+    /// The status of the answer.
+    fn writes(&self, write: &WriteNode) -> Result<Vec<GivenWrite>, StatusCode> {
+        let asked = write.value();
+        let id = text_id(&asked.node_id).ok_or(StatusCode::BadNodeIdUnknown)?;
+        let shown = self.shown();
+        let node = shown.node(id).ok_or(StatusCode::BadNodeIdUnknown)?;
+        let variable = node.variable.as_ref().ok_or(StatusCode::BadNotWritable)?;
+        if !variable.may_write || asked.attribute_id != AttributeId::Value {
+            return Err(StatusCode::BadNotWritable);
+        }
+        let value = asked.value.value.as_ref().ok_or(StatusCode::BadTypeMismatch)?;
+        if !variable.is_array {
+            if asked.index_range != NumericRange::None {
+                return Err(StatusCode::BadIndexRangeNoData);
+            }
+            let value = given(variable.tag_type, value).ok_or(StatusCode::BadTypeMismatch)?;
+            return Ok(vec![GivenWrite { operand: id.to_owned(), value }]);
+        }
+        self.array_writes(id, variable, value, &asked.index_range)
+    }
+
+    fn array_writes(
+        &self,
+        id: &str,
+        variable: &PlantVariable,
+        value: &Variant,
+        range: &NumericRange,
+    ) -> Result<Vec<GivenWrite>, StatusCode> {
+        let count = variable.cells.len();
+        let (first, last) = match range {
+            NumericRange::None => (0, count.saturating_sub(1)),
+            NumericRange::Index(at) => (*at as usize, *at as usize),
+            NumericRange::Range(first, last) => (*first as usize, *last as usize),
+            _ => return Err(StatusCode::BadIndexRangeInvalid),
+        };
+        let values = given_array(variable.tag_type, value)
+            .or_else(|| given(variable.tag_type, value).map(|value| vec![value]))
+            .ok_or(StatusCode::BadTypeMismatch)?;
+        if last >= count || first > last || values.len() != last - first + 1 {
+            return Err(StatusCode::BadIndexRangeNoData);
+        }
+        let write = |(at, value)| GivenWrite { operand: format!("{id}[{at}]"), value };
+        Ok((first..=last).zip(values).map(write).collect())
+    }
+
+    /// Has the controller carry out writes, all in one scan. Returns the status of the answer.
+    async fn write_in_controller(&self, writes: Vec<GivenWrite>, user: &str) -> StatusCode {
+        let operands: Vec<&str> = writes.iter().map(|write| write.operand.as_str()).collect();
+        let what = match &operands[..] {
+            [one] => format!("{user} writes {one}"),
+            [first, .., last] => format!("{user} writes {first} to {last}"),
+            [] => return StatusCode::BadNothingToDo,
+        };
+        let request = Request::WriteSet { writes, for_user: Some(user.to_owned()) };
+        let (status, refusal) = match self.followed.ask(request).await {
+            Ok(()) => (StatusCode::Good, None),
+            Err((status, why)) => (status, Some(why)),
+        };
+        match refusal {
+            None => self.lines.say(LineSubject::Write, &what),
+            Some(why) => {
+                self.lines
+                    .say(LineSubject::RefusedWrite, &format!("{what}, and is refused: {why}"));
+            }
+        }
+        status
+    }
+}
+
+/// The text of a node's id.
+pub fn text_id(id: &NodeId) -> Option<&str> {
+    match &id.identifier {
+        Identifier::String(text) => Some(text.as_ref()),
+        Identifier::Numeric(_) | Identifier::Guid(_) | Identifier::ByteString(_) => None,
+    }
+}
+
+/// The user in the controller's log.
+pub fn user(context: &RequestContext) -> &str {
+    match context.token.is_anonymous() {
+        true => "opcua",
+        false => &context.token.0,
+    }
+}
+
+#[async_trait]
+impl InMemoryNodeManagerImpl for PlantManager {
+    async fn init(&self, _: &mut AddressSpace, _: ServerContext) {}
+
+    fn name(&self) -> &str {
+        "controller"
+    }
+
+    fn namespaces(&self) -> Vec<NamespaceMetadata> {
+        vec![NamespaceMetadata {
+            namespace_uri: self.uri.clone(),
+            namespace_index: self.namespace,
+            ..NamespaceMetadata::default()
+        }]
+    }
+
+    async fn write(
+        &self,
+        context: &RequestContext,
+        space: &RwLock<AddressSpace>,
+        nodes: &mut [&mut WriteNode],
+    ) -> Result<(), StatusCode> {
+        for write in nodes.iter_mut() {
+            let judged = {
+                let mut space = space.write();
+                let types = context.type_tree.read();
+                space.validate_node_write(context, write.value(), &*types).map(|_| ())
+            };
+            let writes = judged.and_then(|()| self.writes(write));
+            let status = match writes {
+                Ok(writes) => self.write_in_controller(writes, user(context)).await,
+                Err(status) => status,
+            };
+            write.set_status(status);
+        }
+        Ok(())
+    }
+
+    async fn history_read_raw_modified(
+        &self,
+        _: &RequestContext,
+        details: &ReadRawModifiedDetails,
+        nodes: &mut [&mut &mut HistoryNode],
+        timestamps: TimestampsToReturn,
+    ) -> Result<(), StatusCode> {
+        if details.is_read_modified {
+            return Err(StatusCode::BadHistoryOperationUnsupported);
+        }
+        for node in nodes.iter_mut() {
+            let known = text_id(node.node_id()).map(str::to_owned);
+            match known.filter(|id| self.shown().node(id).is_some()) {
+                Some(id) => self.history.raw(&id, details, node, timestamps).await,
+                None => node.set_status(StatusCode::BadNodeIdUnknown),
+            }
+        }
+        Ok(())
+    }
+
+    async fn history_read_processed(
+        &self,
+        _: &RequestContext,
+        details: &ReadProcessedDetails,
+        nodes: &mut [&mut &mut HistoryNode],
+        _: TimestampsToReturn,
+    ) -> Result<(), StatusCode> {
+        for (at, node) in nodes.iter_mut().enumerate() {
+            let known = text_id(node.node_id()).map(str::to_owned);
+            match known.filter(|id| self.shown().node(id).is_some()) {
+                Some(id) => self.history.processed(&id, details, at, node).await,
+                None => node.set_status(StatusCode::BadNodeIdUnknown),
+            }
+        }
+        Ok(())
+    }
+}

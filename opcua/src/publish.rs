@@ -1,0 +1,246 @@
+//! Puts what the controller reports into the address space, and tells the subscriptions: every
+//! change with the time of its scan, a lost device as an uncertain value, a controller that does
+//! not answer as a bad one.
+
+use std::sync::Arc;
+
+use opcua::server::ServerHandle;
+use opcua::types::{DataValue, DateTime, LocalizedText, NodeId, StatusCode, Variant};
+use rungd_client::live::{LogPosition, LoggedChange, TagType};
+use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
+use rungd_config::controller::OUTPUT_UNKNOWN;
+
+use crate::alarms::{AlarmBook, StandingAlarms};
+use crate::follow::PlantReport;
+use crate::manager::PlantNodes;
+use crate::shown::ShownTree;
+use crate::space::{self, node_id, property_id};
+use crate::status::status_values;
+use crate::tags::{PlantNode, PlantVariable};
+use crate::values::{array, scalar, stamped, time};
+
+/// The service levels of the standard: a server whose controller answers, and one whose does not.
+const SERVICE_LEVELS: (u8, u8) = (255, 1);
+
+/// What the server shows.
+pub struct Publisher {
+    handle: ServerHandle,
+    nodes: Arc<PlantNodes>,
+    namespace: u16,
+    tree: Arc<ShownTree>,
+    /// The contents of the chosen cells.
+    contents: Vec<i32>,
+    /// The time of each node's value.
+    stamps: Vec<DateTime>,
+    /// Whether the controller answers.
+    answers: bool,
+    /// The values of its last status.
+    status: Vec<(NodeId, Variant)>,
+    alarms: AlarmBook,
+}
+
+/// A new value of a node.
+type NewValue = (NodeId, DataValue);
+
+impl Publisher {
+    /// Before the first report.
+    pub fn new(
+        handle: ServerHandle,
+        nodes: Arc<PlantNodes>,
+        standing: StandingAlarms,
+    ) -> Publisher {
+        let namespace = nodes.inner().namespace();
+        let alarms = AlarmBook::new(namespace, standing);
+        Publisher {
+            handle,
+            nodes,
+            namespace,
+            tree: Arc::default(),
+            contents: Vec::new(),
+            stamps: Vec::new(),
+            answers: false,
+            status: Vec::new(),
+            alarms,
+        }
+    }
+
+    /// Shows a report.
+    pub fn take(&mut self, report: PlantReport) {
+        match report {
+            PlantReport::Program(tree, contents, at) => self.begin(tree, contents, at),
+            PlantReport::Changes(changes) => self.change(&changes),
+            PlantReport::Present(at) => {
+                if !self.answers {
+                    self.turn(true, time(at.unix_ns));
+                }
+            }
+            PlantReport::Status(status, alarms) => self.status(&status, &alarms),
+            PlantReport::Silent => {
+                if self.answers {
+                    self.turn(false, DateTime::now());
+                }
+            }
+        }
+    }
+
+    /// Shows a program: adds and removes nodes.
+    fn begin(&mut self, tree: Arc<ShownTree>, contents: Vec<i32>, at: LogPosition) {
+        let changed = self.replace_nodes(&tree);
+        self.nodes.inner().show(Arc::clone(&tree));
+        self.stamps = vec![time(at.unix_ns); tree.tree.nodes.len()];
+        (self.tree, self.contents) = (tree, contents);
+        let all: Vec<usize> = self.tree.variables().map(|(at, _)| at).collect();
+        self.show(&all);
+        if changed {
+            self.alarms.model_changed(&self.handle);
+        }
+    }
+
+    /// Removes the nodes that the new tree lacks or has in another form, and adds its own. Returns
+    /// whether anything changed.
+    fn replace_nodes(&self, tree: &ShownTree) -> bool {
+        let is_kept = |node: &PlantNode| {
+            let (old, new) = (self.tree.node(&node.id), tree.node(&node.id));
+            old.zip(new).is_some_and(|(old, new)| looks_alike(old, new))
+        };
+        let mut space = self.nodes.address_space().write();
+        let gone: Vec<&PlantNode> =
+            self.tree.tree.nodes.iter().filter(|node| !is_kept(node)).collect();
+        let new: Vec<&PlantNode> = tree.tree.nodes.iter().filter(|node| !is_kept(node)).collect();
+        for node in gone.iter().rev() {
+            space::remove(&mut space, self.namespace, &node.id);
+        }
+        for node in &new {
+            space::add(&mut space, self.namespace, node);
+        }
+        !gone.is_empty() || !new.is_empty()
+    }
+
+    /// Shows changes, scan by scan: a value of an array may change with several cells of a scan.
+    fn change(&mut self, changes: &[LoggedChange]) {
+        for scan in changes.chunk_by(|a, b| a.scan == b.scan && a.unix_ns == b.unix_ns) {
+            let stamp = scan.first().map_or_else(DateTime::now, |change| time(change.unix_ns));
+            let mut moved: Vec<usize> = Vec::new();
+            for change in scan {
+                if let Some(content) = self.contents.get_mut(change.cell as usize) {
+                    *content = change.value;
+                }
+                moved.extend(self.tree.of_cell(change.cell));
+                if let Some(device) = self.tree.device_of_ok(change.cell) {
+                    moved.extend(self.tree.moved_by(device));
+                }
+            }
+            moved.sort_unstable();
+            moved.dedup();
+            for at in &moved {
+                self.stamps[*at] = stamp;
+            }
+            self.show(&moved);
+        }
+    }
+
+    /// The controller answers again, or does no more.
+    fn turn(&mut self, answers: bool, stamp: DateTime) {
+        self.answers = answers;
+        let (good, bad) = SERVICE_LEVELS;
+        self.handle.set_service_level(if answers { good } else { bad });
+        self.stamps.fill(stamp);
+        let all: Vec<usize> = self.tree.variables().map(|(at, _)| at).collect();
+        self.show(&all);
+        if !answers {
+            let bad = |(id, value): &(NodeId, Variant)| {
+                (id.clone(), stamped(value.clone(), StatusCode::BadNoCommunication, stamp))
+            };
+            self.set(self.status.iter().map(bad).collect());
+        }
+    }
+
+    fn status(&mut self, status: &ControllerStatus, alarms: &AlarmList) {
+        let now = DateTime::now();
+        self.status = status_values(self.namespace, status, alarms);
+        let good = |(id, value): &(NodeId, Variant)| {
+            (id.clone(), stamped(value.clone(), StatusCode::Good, now))
+        };
+        self.set(self.status.iter().map(good).collect());
+        self.alarms.take(alarms, &self.handle);
+    }
+
+    /// Shows the values of nodes.
+    fn show(&self, places: &[usize]) {
+        let mut values: Vec<NewValue> = Vec::with_capacity(places.len());
+        for at in places {
+            let Some(node) = self.tree.tree.nodes.get(*at) else { continue };
+            let Some(variable) = &node.variable else { continue };
+            let value = self.value(variable, self.stamps[*at]);
+            values.push((node_id(self.namespace, &node.id), value));
+            values.extend(self.as_text(node, variable, self.stamps[*at]));
+        }
+        self.set(values);
+    }
+
+    /// The text of a value with texts.
+    fn as_text(
+        &self,
+        node: &PlantNode,
+        variable: &PlantVariable,
+        stamp: DateTime,
+    ) -> Option<NewValue> {
+        if variable.texts.is_empty() || variable.tag_type == TagType::Bit {
+            return None;
+        }
+        let text = space::text_of(variable, self.content(variable.cells[0]));
+        let text = Variant::from(LocalizedText::new("", text));
+        let id = property_id(self.namespace, &node.id, "ValueAsText");
+        Some((id, stamped(text, self.quality(variable), stamp)))
+    }
+
+    fn content(&self, cell: u32) -> i32 {
+        self.contents.get(cell as usize).copied().unwrap_or_default()
+    }
+
+    fn value(&self, variable: &PlantVariable, stamp: DateTime) -> DataValue {
+        let mut contents = variable.cells.iter().map(|cell| self.content(*cell));
+        let value = match variable.is_array {
+            true => array(variable.tag_type, contents),
+            false => scalar(variable.tag_type, contents.next().unwrap_or_default()),
+        };
+        stamped(value, self.quality(variable), stamp)
+    }
+
+    /// The status of a value: whether it is what the plant does.
+    fn quality(&self, variable: &PlantVariable) -> StatusCode {
+        let is_lost = |device: &usize| {
+            self.tree.tree.device_ok.get(*device).is_some_and(|ok| self.content(*ok) == 0)
+        };
+        let is_unknown =
+            |cell: &u32| variable.tag_type == TagType::Bit && self.content(*cell) == OUTPUT_UNKNOWN;
+        if !self.answers {
+            StatusCode::BadNoCommunication
+        } else if variable.devices.iter().any(is_lost) {
+            StatusCode::UncertainNoCommunicationLastUsableValue
+        } else if variable.cells.iter().any(is_unknown) {
+            StatusCode::BadNoCommunication
+        } else {
+            StatusCode::Good
+        }
+    }
+
+    fn set(&self, values: Vec<NewValue>) {
+        let new = values.iter().map(|(id, value)| (id, None, value.clone()));
+        // A node that is missing was removed by a reload in between.
+        let _ = self.nodes.set_values(self.handle.subscriptions(), new);
+    }
+}
+
+/// Whether two nodes look the same to a client. Their cells may differ.
+fn looks_alike(old: &PlantNode, new: &PlantNode) -> bool {
+    let face = |node: &PlantNode| PlantNode {
+        variable: node.variable.clone().map(|variable| PlantVariable {
+            cells: vec![0; variable.cells.len()],
+            devices: Vec::new(),
+            ..variable
+        }),
+        ..node.clone()
+    };
+    face(old) == face(new)
+}

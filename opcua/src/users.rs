@@ -1,0 +1,100 @@
+//! Who may connect: the users of the file that `rungd web passwd` writes, or, at a loopback address
+//! without such a file, everybody on this machine.
+
+use std::fmt;
+use std::sync::Arc;
+use std::time::Duration;
+
+use async_trait::async_trait;
+use opcua::server::ServerEndpoint;
+use opcua::server::authenticator::{
+    AuthManager, Password, UserToken, user_pass_security_policy_id, user_pass_security_policy_uri,
+};
+use opcua::types::{Error, StatusCode, UAString, UserTokenPolicy, UserTokenType};
+use rungd_web::UserFile;
+
+use crate::journal::{LineSubject, ServerLines};
+
+/// The wait after a wrong password.
+const WRONG_WAIT: Duration = Duration::from_secs(1);
+
+/// The users of a server.
+pub struct Users {
+    /// The file; `None`: nobody has to sign in.
+    file: Option<Arc<UserFile>>,
+    /// One password at a time: each takes much memory.
+    turn: tokio::sync::Mutex<()>,
+    lines: ServerLines,
+}
+
+impl Users {
+    /// The users of a file; without one, everybody.
+    pub fn new(file: Option<UserFile>, lines: ServerLines) -> Users {
+        Users { file: file.map(Arc::new), turn: tokio::sync::Mutex::new(()), lines }
+    }
+
+    /// Whether the password is right.
+    async fn admits(&self, name: &str, password: &str) -> bool {
+        let Some(file) = self.file.clone() else { return false };
+        let (tried, password) = (name.to_owned(), password.to_owned());
+        let _turn = self.turn.lock().await;
+        let judged = tokio::task::spawn_blocking(move || file.admits(&tried, &password)).await;
+        match judged {
+            Ok(Ok(is_right)) => is_right,
+            Ok(Err(failure)) => {
+                self.lines.say(LineSubject::UserFile, &format!("nobody can sign in: {failure}"));
+                false
+            }
+            Err(_) => false,
+        }
+    }
+}
+
+impl fmt::Debug for Users {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Users").field("file", &self.file).finish_non_exhaustive()
+    }
+}
+
+#[async_trait]
+impl AuthManager for Users {
+    async fn authenticate_anonymous_token(&self, _: &ServerEndpoint) -> Result<(), Error> {
+        match self.file {
+            None => Ok(()),
+            Some(_) => Err(Error::new(StatusCode::BadIdentityTokenRejected, "sign in")),
+        }
+    }
+
+    async fn authenticate_username_identity_token(
+        &self,
+        _: &ServerEndpoint,
+        username: &str,
+        password: &Password,
+    ) -> Result<UserToken, Error> {
+        if self.admits(username, password.get()).await {
+            self.lines.say(LineSubject::SignIn, &format!("{username} signs in"));
+            return Ok(UserToken(username.to_owned()));
+        }
+        self.lines.say(LineSubject::WrongPassword, &format!("wrong password for {username}"));
+        tokio::time::sleep(WRONG_WAIT).await;
+        Err(Error::new(StatusCode::BadUserAccessDenied, "wrong name or password"))
+    }
+
+    fn user_token_policies(&self, endpoint: &ServerEndpoint) -> Vec<UserTokenPolicy> {
+        let (policy_id, token_type) = match self.file {
+            None => (UAString::from("anonymous"), UserTokenType::Anonymous),
+            Some(_) => (user_pass_security_policy_id(endpoint), UserTokenType::UserName),
+        };
+        let security_policy_uri = match self.file {
+            None => UAString::null(),
+            Some(_) => user_pass_security_policy_uri(endpoint),
+        };
+        vec![UserTokenPolicy {
+            policy_id,
+            token_type,
+            issued_token_type: UAString::null(),
+            issuer_endpoint_url: UAString::null(),
+            security_policy_uri,
+        }]
+    }
+}
