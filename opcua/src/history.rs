@@ -326,7 +326,7 @@ enum Aggregate {
 
 impl Aggregate {
     fn of(id: &NodeId) -> Option<Aggregate> {
-        let is = |known: ObjectId| *id == NodeId::from(known);
+        let is = |known: ObjectId| *id == known;
         if is(ObjectId::AggregateFunction_Minimum) {
             Some(Aggregate::Minimum)
         } else if is(ObjectId::AggregateFunction_Maximum) {
@@ -371,6 +371,8 @@ impl Aggregate {
 }
 
 /// A value as a number; `None`: an array.
+// A tag's value is of few of the standard's types.
+#[allow(clippy::wildcard_enum_match_arm)]
 fn number(value: &Variant) -> Option<f64> {
     match value {
         Variant::Boolean(on) => Some(f64::from(u8::from(*on))),

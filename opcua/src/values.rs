@@ -73,6 +73,8 @@ pub fn stamped(value: Variant, status: StatusCode, source: DateTime) -> DataValu
 }
 
 /// A client's value in the form in which an operator gives it; `None`: it is of another type.
+// A client may send any of the standard's types.
+#[allow(clippy::wildcard_enum_match_arm)]
 pub fn given(tag_type: TagType, value: &Variant) -> Option<GivenValue> {
     let whole = match value {
         Variant::Boolean(on) => {

@@ -102,7 +102,10 @@ fn bash_completes_commands_and_argument_values() {
         text(output.stdout).lines().map(|line| line.trim().to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(complete("rungd sch", "sch"), ["schema"]);
-    assert_eq!(complete("rungd schema ''", ""), ["ladder", "controller", "test", "edge", "opcua", "--help"]);
+    assert_eq!(
+        complete("rungd schema ''", ""),
+        ["ladder", "controller", "test", "edge", "opcua", "--help"]
+    );
     assert_eq!(complete("rungd explain sqr", "sqr"), ["sqrt"]);
     let library = complete("rungd explain lib", "lib");
     let files: Vec<String> = FILES.iter().map(|file| format!("lib:{}", file.name)).collect();
