@@ -8,8 +8,11 @@ import datetime
 import json
 import os
 import pathlib
+import random
 import re
 import signal
+import socket
+import struct
 import subprocess
 import sys
 import time
@@ -26,7 +29,7 @@ RUNGD, OPCUA, FOLDER = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
 PORT = int(os.environ.get("OPCUA_PORT", "48411"))
 URL = f"opc.tcp://127.0.0.1:{PORT}/"
 # Nothing of a test depends on the machine's speed: this only ends a test that hangs.
-WAIT = 40
+WAIT = 120
 
 LADDER = """
 [ladder]
@@ -404,6 +407,36 @@ async def secure():
     passed("encryption, trust and users")
 
 
+async def strangers(client):
+    """Bytes that are no OPC UA, and pieces of messages without a channel, end only their connection."""
+    random.seed(1)
+    hello = struct.pack("<IIIIII", 0, 65536, 65536, 0, 0, len(URL)) + URL.encode()
+    hello = b"HELF" + struct.pack("<I", 8 + len(hello)) + hello
+    for count in range(100):
+        lengths = [0, 7, 8, 12, 2**31, 2**32 - 1]
+        piece = b"OPNF" + struct.pack("<I", random.choice(lengths)) + random.randbytes(400)
+        chunk = b"MSGC" + struct.pack("<I", 65535) + bytes(65527)
+        for bytes_sent in (random.randbytes(1000), hello + piece, hello + chunk * 3):
+            with socket.create_connection(("127.0.0.1", PORT), timeout=WAIT) as stranger:
+                try:
+                    stranger.sendall(bytes_sent)
+                except OSError:
+                    pass
+    filter = condition_filter()
+    operand = ua.ElementOperand(Index=0)
+    filter.WhereClause.Elements[0].FilterOperator = ua.FilterOperator.Not
+    filter.WhereClause.Elements[0].FilterOperands = [operand]
+    subscription = await client.create_subscription(100, Seen())
+    try:
+        await subscription.subscribe_events(client.get_node(ua.NodeId("/", 2)), evfilter=filter)
+        raise AssertionError("a filter that refers to itself was accepted")
+    except ua.UaStatusCodeError:
+        pass
+    await subscription.delete()
+    assert await value(client, "speed") is not None
+    passed("strangers")
+
+
 def settings(more, users=""):
     write("opcua.toml", f"""
 [server]
@@ -435,6 +468,7 @@ async def main():
             await history(client, count)
             await alarms(client)
             await reload(client)
+            await strangers(client)
             running = await endings(client, running)
         serving.end()
         log = (FOLDER / "opcua.log").read_text()

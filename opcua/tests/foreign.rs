@@ -26,5 +26,5 @@ fn a_foreign_client_reads_writes_subscribes_and_signs_in() {
     let said = String::from_utf8_lossy(&ran.stdout);
     let passed = said.lines().filter(|line| line.starts_with("ok ")).count();
     let error = String::from_utf8_lossy(&ran.stderr);
-    assert!(ran.status.success() && passed == 8, "{said}\n{error}");
+    assert!(ran.status.success() && passed == 9, "{said}\n{error}");
 }
