@@ -114,11 +114,13 @@ fn findings(kind: SchemaKind, value: &Value) -> Vec<String> {
     static CONTROLLER: OnceLock<Value> = OnceLock::new();
     static TEST: OnceLock<Value> = OnceLock::new();
     static EDGE: OnceLock<Value> = OnceLock::new();
+    static OPCUA: OnceLock<Value> = OnceLock::new();
     let made = match kind {
         SchemaKind::Ladder => &LADDER,
         SchemaKind::Controller => &CONTROLLER,
         SchemaKind::Test => &TEST,
         SchemaKind::Edge => &EDGE,
+        SchemaKind::Opcua => &OPCUA,
     };
     let schema = made.get_or_init(|| of(kind));
     wrong(schema, schema, value, "")
