@@ -33,22 +33,22 @@ pub fn alarm_of(id: &str) -> Option<&str> {
     id.strip_prefix(ALARMS)?.strip_prefix('/')
 }
 
-/// The last event of each alarm that stands or waits for an acknowledgement, by tag. Shared with the
-/// methods of conditions.
+/// The last event of each alarm that stands or waits for an acknowledgement, by tag. Shared with
+/// the methods of conditions.
 pub type StandingAlarms = Arc<Mutex<BTreeMap<String, AlarmEvent>>>;
 
 /// The alarms as last told.
 #[derive(Debug)]
-pub struct AlarmBook {
+pub struct ConditionBook {
     namespace: u16,
     told: BTreeMap<String, AlarmStatus>,
     standing: StandingAlarms,
 }
 
-impl AlarmBook {
+impl ConditionBook {
     /// Before the first list.
-    pub fn new(namespace: u16, standing: StandingAlarms) -> AlarmBook {
-        AlarmBook { namespace, told: BTreeMap::new(), standing }
+    pub fn new(namespace: u16, standing: StandingAlarms) -> ConditionBook {
+        ConditionBook { namespace, told: BTreeMap::new(), standing }
     }
 
     /// Tells the changes since the last list. An alarm that is no more listed is normal again.

@@ -1,7 +1,7 @@
 //! The methods of conditions: Acknowledge, ConditionRefresh and ConditionRefresh2 (part 9).
 //!
-//! Clients call them by the ids of the standard's types, which the library's own nodes have, so this
-//! manager stands before those and takes the calls alone.
+//! Clients call them by the ids of the standard's types, which the library's own nodes have, so
+//! this manager stands before those and takes the calls alone.
 
 use std::fmt;
 
@@ -16,8 +16,8 @@ use rungd_base::locked::locked;
 use rungd_client::operator::protocol::Request;
 
 use crate::alarms::{AlarmEvent, PlainEvent, StandingAlarms, alarm_of};
-use crate::follow::FollowedController;
-use crate::journal::{LineSubject, ServerLines};
+use crate::follow::PlantController;
+use crate::journal::{ClientLine, ServerLines};
 use crate::manager::{text_id, user};
 
 /// The methods.
@@ -45,7 +45,7 @@ impl ConditionMethod {
 /// Carries out the methods of conditions.
 pub struct ConditionMethods {
     /// The controller.
-    pub followed: FollowedController,
+    pub followed: PlantController,
     /// The lines that clients can cause.
     pub lines: ServerLines,
     /// Whether clients may acknowledge.
@@ -87,12 +87,12 @@ impl ConditionMethods {
         let what = format!("{who} acknowledges {tag}");
         match self.followed.ask(request).await {
             Ok(()) => {
-                self.lines.say(LineSubject::Acknowledge, &what);
+                self.lines.say(ClientLine::Acknowledge, &what);
                 StatusCode::Good
             }
             Err((status, why)) => {
                 let line = format!("{what}, and is refused: {why}");
-                self.lines.say(LineSubject::Acknowledge, &line);
+                self.lines.say(ClientLine::Acknowledge, &line);
                 status
             }
         }

@@ -51,16 +51,16 @@ pub enum PlantReport {
 
 /// The controller at its socket, for the requests of clients: the same one that is followed.
 #[derive(Clone, Debug)]
-pub struct FollowedController {
+pub struct PlantController {
     poller: Arc<Mutex<ControllerPoller>>,
 }
 
-impl FollowedController {
+impl PlantController {
     /// The controller of the settings, or the one that is found.
-    pub fn new(named: Option<PathBuf>) -> FollowedController {
+    pub fn new(named: Option<PathBuf>) -> PlantController {
         let named = named.or_else(socket_of_environment);
         let poller = ControllerPoller::new(named, ANSWER_MAX);
-        FollowedController { poller: Arc::new(Mutex::new(poller)) }
+        PlantController { poller: Arc::new(Mutex::new(poller)) }
     }
 
     /// The controller at this time.
@@ -75,7 +75,7 @@ impl FollowedController {
 /// Why a request was not done: the status for the client, and the reason for the journal.
 pub type NotDone = (StatusCode, String);
 
-impl FollowedController {
+impl PlantController {
     /// Sends a request of a client.
     ///
     /// # Errors
@@ -103,11 +103,11 @@ impl FollowedController {
 /// The system cannot start a thread.
 pub fn start(
     settings: &OpcUaSettings,
-    followed: FollowedController,
+    followed: PlantController,
 ) -> std::io::Result<mpsc::Receiver<PlantReport>> {
     let (tell, told) = mpsc::channel(QUEUE);
     let follower = ChangeFollower::new(chooser(settings));
-    let thread = FollowThread { settings: settings.clone(), followed, follower, tell };
+    let thread = PlantThread { settings: settings.clone(), followed, follower, tell };
     thread::Builder::new().name("follow".to_owned()).spawn(move || thread.work())?;
     Ok(told)
 }
@@ -124,17 +124,17 @@ fn inputs_of_devices(program: &PlayableProgram) -> Vec<Vec<Address>> {
     inputs
 }
 
-struct FollowThread {
+struct PlantThread {
     settings: OpcUaSettings,
-    followed: FollowedController,
+    followed: PlantController,
     follower: ChangeFollower,
     tell: mpsc::Sender<PlantReport>,
 }
 
 /// The receiver of the reports is gone.
-struct Abandoned;
+struct ReportsUnread;
 
-impl FollowThread {
+impl PlantThread {
     fn work(mut self) {
         let mut status_at = Instant::now();
         loop {
@@ -150,12 +150,12 @@ impl FollowThread {
         }
     }
 
-    fn send(&self, report: PlantReport) -> Result<(), Abandoned> {
-        self.tell.blocking_send(report).map_err(|_| Abandoned)
+    fn send(&self, report: PlantReport) -> Result<(), ReportsUnread> {
+        self.tell.blocking_send(report).map_err(|_| ReportsUnread)
     }
 
     /// Requests the changes and reports them. Returns whether the controller answered.
-    fn look(&mut self) -> Result<bool, Abandoned> {
+    fn look(&mut self) -> Result<bool, ReportsUnread> {
         let looked = self.new_events();
         let answers = looked.is_ok();
         if locked(&self.followed.poller).has_turned(answers) {
@@ -180,7 +180,7 @@ impl FollowThread {
         Ok(events)
     }
 
-    fn report(&mut self, events: Vec<LogEvent>) -> Result<(), Abandoned> {
+    fn report(&mut self, events: Vec<LogEvent>) -> Result<(), ReportsUnread> {
         let mut changes = Vec::new();
         for event in events {
             match event {
@@ -204,7 +204,7 @@ impl FollowThread {
         }
     }
 
-    fn status(&mut self) -> Result<(), Abandoned> {
+    fn status(&mut self) -> Result<(), ReportsUnread> {
         let asked =
             self.followed.controller().and_then(|controller| controller.status_and_alarms());
         match asked {

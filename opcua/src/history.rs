@@ -21,8 +21,8 @@ use rungd_config::controller::OUTPUT_UNKNOWN;
 use rungd_fleet::opcua::OpcUaSettings;
 use tokio::sync::Mutex;
 
-use crate::follow::FollowedController;
-use crate::journal::{LineSubject, ServerLines};
+use crate::follow::PlantController;
+use crate::journal::{ClientLine, ServerLines};
 use crate::shown::ShownTree;
 use crate::tags::{PlantVariable, chooser, tree};
 use crate::values::{array, scalar, stamped, time, unix_ns};
@@ -52,7 +52,7 @@ struct PastRest(Vec<PastValue>);
 pub struct HistoryReader {
     settings: OpcUaSettings,
     choose: ChooseCells,
-    followed: FollowedController,
+    followed: PlantController,
     lines: ServerLines,
     /// One read of the log at a time.
     turn: Mutex<()>,
@@ -70,7 +70,7 @@ impl HistoryReader {
     /// A reader of the controller's log.
     pub fn new(
         settings: &OpcUaSettings,
-        followed: FollowedController,
+        followed: PlantController,
         lines: ServerLines,
     ) -> HistoryReader {
         let (settings, choose) = (settings.clone(), chooser(settings));
@@ -180,7 +180,7 @@ impl HistoryReader {
         match read.await {
             Ok(Ok(values)) => Ok(values),
             Ok(Err(why)) => {
-                self.lines.say(LineSubject::Past, &format!("the past cannot be read: {why}"));
+                self.lines.say(ClientLine::Past, &format!("the past cannot be read: {why}"));
                 Err(StatusCode::BadNoCommunication)
             }
             Err(_) => Err(StatusCode::BadInternalError),
@@ -205,7 +205,7 @@ struct PastProgram {
 impl PastRead {
     fn values(
         &self,
-        followed: &FollowedController,
+        followed: &PlantController,
         choose: ChooseCells,
     ) -> Result<Vec<PastValue>, String> {
         let controller = followed.controller().map_err(|failure| failure.in_one_line())?;

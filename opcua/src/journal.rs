@@ -7,13 +7,13 @@ const PROGRAM: &str = "rungd-opcua";
 
 /// The subject of a line that a client can cause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum LineSubject {
+pub enum ClientLine {
     /// A user signs in.
     SignIn,
     /// A password is wrong.
     WrongPassword,
     /// The file of users cannot be read.
-    UserFile,
+    UserDirectory,
     /// The controller carries out a write.
     Write,
     /// A write is refused.
@@ -24,24 +24,24 @@ pub enum LineSubject {
     Past,
 }
 
-impl JournalSubject for LineSubject {
+impl JournalSubject for ClientLine {
     const PROGRAM: &'static str = PROGRAM;
 
     fn name(self) -> &'static str {
         match self {
-            LineSubject::SignIn => "users who signed in",
-            LineSubject::WrongPassword => "wrong passwords",
-            LineSubject::UserFile => "failures to read the file of users",
-            LineSubject::Write => "writes of clients",
-            LineSubject::RefusedWrite => "refused writes",
-            LineSubject::Acknowledge => "acknowledgements",
-            LineSubject::Past => "failures to read the past",
+            ClientLine::SignIn => "users who signed in",
+            ClientLine::WrongPassword => "wrong passwords",
+            ClientLine::UserDirectory => "failures to read the file of users",
+            ClientLine::Write => "writes of clients",
+            ClientLine::RefusedWrite => "refused writes",
+            ClientLine::Acknowledge => "acknowledgements",
+            ClientLine::Past => "failures to read the past",
         }
     }
 }
 
 /// The lines that clients can cause, with limits.
-pub type ServerLines = LimitedLines<LineSubject>;
+pub type ServerLines = LimitedLines<ClientLine>;
 
 /// Prints a line to standard error, for the journal.
 pub fn say(text: &str) {

@@ -1,14 +1,14 @@
 //! `rungd-opcua`: a running controller as an OPC UA server.
 //!
-//! A program of its own, because the OPC UA library is large, and a client of the operator's socket:
-//! the daemon opens no port for it. `follow` reads the scan log on a thread; `publish` puts the
-//! changes into the address space and tells the subscriptions; `manager` answers writes and reads
-//! of the past. OPCUA.toml is read by `rungd_fleet::opcua`.
+//! A program of its own, because the OPC UA library is large, and a client of the operator's
+//! socket: the daemon opens no port for it. `follow` reads the scan log on a thread; `publish` puts
+//! the changes into the address space and tells the subscriptions; `manager` answers writes and
+//! reads of the past. OPCUA.toml is read by `rungd_fleet::opcua`.
 //!
 //! ```text
-//!  operator's socket ─► follow (ChangeFollower, status) ─► publish ─► address space ─► subscriptions
-//!        ▲                                                   └─► alarms ─► events
-//!        └─ write-set ── manager ◄── clients ── history ◄── scan log (ChangeHistory)
+//!  operator's socket ─► follow (ChangeFollower, status) ─► publish ─► address space
+//!        ▲                                     events ◄─ alarms ┴─► subscriptions
+//!        └─ write-set ◄── manager ◄── clients ──► history ◄── scan log (ChangeHistory)
 //! ```
 
 mod alarms;
@@ -46,7 +46,7 @@ const CONFIG: u8 = 78;
 /// The file names the controller, the address, the users and the tags that clients may write.
 #[derive(Parser, Debug)]
 #[command(version, args_conflicts_with_subcommands = true, arg_required_else_help = true)]
-struct Arguments {
+struct ServerArguments {
     /// The file of the server
     #[arg(value_name = "OPCUA.toml")]
     file: Option<PathBuf>,
@@ -54,12 +54,12 @@ struct Arguments {
     #[arg(long)]
     check: bool,
     #[command(subcommand)]
-    command: Option<Command>,
+    command: Option<ServerCommand>,
 }
 
 /// What is done instead of serving.
 #[derive(Subcommand, Debug)]
-enum Command {
+enum ServerCommand {
     /// Shows the certificates of clients, and trusts them or not
     Trust {
         /// The file of the server
@@ -90,7 +90,7 @@ enum TrustAction {
 fn main() -> ExitCode {
     // The key of the server's certificate is for this user alone.
     rustix::process::umask(rustix::fs::Mode::from_raw_mode(0o077));
-    match carried_out(&Arguments::parse()) {
+    match carried_out(&ServerArguments::parse()) {
         Ok(code) => code,
         Err(error) => {
             journal::say(&format!("{error:#}"));
@@ -99,8 +99,8 @@ fn main() -> ExitCode {
     }
 }
 
-fn carried_out(arguments: &Arguments) -> Result<ExitCode> {
-    if let Some(Command::Trust { file, action }) = &arguments.command {
+fn carried_out(arguments: &ServerArguments) -> Result<ExitCode> {
+    if let Some(ServerCommand::Trust { file, action }) = &arguments.command {
         let Some(settings) = read(file, false)? else { return Ok(ExitCode::from(CONFIG)) };
         trust(&settings, action.as_ref().unwrap_or(&TrustAction::List))?;
         return Ok(ExitCode::SUCCESS);

@@ -1,4 +1,5 @@
-//! What clients ask of the nodes of the controller: writes, and values of the past. Present values are in the address space, where `publish` puts them.
+//! What clients ask of the nodes of the controller: writes, and values of the past. Present values
+//! are in the address space, where `publish` puts them.
 
 use std::fmt;
 use std::sync::{Arc, RwLock as StdRwLock};
@@ -18,9 +19,9 @@ use opcua::types::{
 use rungd_client::operator::protocol::{GivenWrite, Request};
 use rungd_fleet::opcua::OpcUaSettings;
 
-use crate::follow::FollowedController;
+use crate::follow::PlantController;
 use crate::history::HistoryReader;
-use crate::journal::{LineSubject, ServerLines};
+use crate::journal::{ClientLine, ServerLines};
 use crate::shown::ShownTree;
 use crate::space::add_frame;
 use crate::status::add_status;
@@ -40,7 +41,7 @@ pub struct PlantManagerBuilder {
     /// The settings.
     pub settings: OpcUaSettings,
     /// The controller.
-    pub followed: FollowedController,
+    pub followed: PlantController,
     /// The lines that clients can cause.
     pub lines: ServerLines,
 }
@@ -65,7 +66,7 @@ impl InMemoryNodeManagerImplBuilder for PlantManagerBuilder {
 pub struct PlantManager {
     namespace: u16,
     uri: String,
-    followed: FollowedController,
+    followed: PlantController,
     lines: ServerLines,
     history: HistoryReader,
     shown: StdRwLock<Arc<ShownTree>>,
@@ -156,10 +157,9 @@ impl PlantManager {
             Err((status, why)) => (status, Some(why)),
         };
         match refusal {
-            None => self.lines.say(LineSubject::Write, &what),
+            None => self.lines.say(ClientLine::Write, &what),
             Some(why) => {
-                self.lines
-                    .say(LineSubject::RefusedWrite, &format!("{what}, and is refused: {why}"));
+                self.lines.say(ClientLine::RefusedWrite, &format!("{what}, and is refused: {why}"));
             }
         }
         status

@@ -10,7 +10,7 @@ use rungd_client::live::{LogPosition, LoggedChange, TagType};
 use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
 use rungd_config::controller::OUTPUT_UNKNOWN;
 
-use crate::alarms::{AlarmBook, StandingAlarms};
+use crate::alarms::{ConditionBook, StandingAlarms};
 use crate::follow::PlantReport;
 use crate::manager::PlantNodes;
 use crate::shown::ShownTree;
@@ -36,11 +36,11 @@ pub struct Publisher {
     answers: bool,
     /// The values of its last status.
     status: Vec<(NodeId, Variant)>,
-    alarms: AlarmBook,
+    alarms: ConditionBook,
 }
 
 /// A new value of a node.
-type NewValue = (NodeId, DataValue);
+type NodeValue = (NodeId, DataValue);
 
 impl Publisher {
     /// Before the first report.
@@ -50,7 +50,7 @@ impl Publisher {
         standing: StandingAlarms,
     ) -> Publisher {
         let namespace = nodes.inner().namespace();
-        let alarms = AlarmBook::new(namespace, standing);
+        let alarms = ConditionBook::new(namespace, standing);
         Publisher {
             handle,
             nodes,
@@ -167,7 +167,7 @@ impl Publisher {
 
     /// Shows the values of nodes.
     fn show(&self, places: &[usize]) {
-        let mut values: Vec<NewValue> = Vec::with_capacity(places.len());
+        let mut values: Vec<NodeValue> = Vec::with_capacity(places.len());
         for at in places {
             let Some(node) = self.tree.tree.nodes.get(*at) else { continue };
             let Some(variable) = &node.variable else { continue };
@@ -184,7 +184,7 @@ impl Publisher {
         node: &PlantNode,
         variable: &PlantVariable,
         stamp: DateTime,
-    ) -> Option<NewValue> {
+    ) -> Option<NodeValue> {
         if variable.texts.is_empty() || variable.tag_type == TagType::Bit {
             return None;
         }
@@ -225,7 +225,7 @@ impl Publisher {
         }
     }
 
-    fn set(&self, values: Vec<NewValue>) {
+    fn set(&self, values: Vec<NodeValue>) {
         let new = values.iter().map(|(id, value)| (id, None, value.clone()));
         // A node that is missing was removed by a reload in between.
         let _ = self.nodes.set_values(self.handle.subscriptions(), new);

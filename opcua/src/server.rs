@@ -13,7 +13,7 @@ use opcua::server::{
 };
 use opcua::types::{BuildInfo, MessageSecurityMode, UAString};
 use rungd_fleet::opcua::OpcUaSettings;
-use rungd_web::UserFile;
+use rungd_web::UserDirectory;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc::Receiver;
@@ -22,12 +22,12 @@ use tokio::time::{Duration, interval};
 use crate::alarms::StandingAlarms;
 use crate::certificates::{make_own, prune_rejected};
 use crate::conditions::ConditionMethods;
-use crate::follow::{self, FollowedController, PlantReport};
+use crate::follow::{self, PlantController, PlantReport};
 use crate::journal::{ServerLines, say};
 use crate::manager::{PlantManagerBuilder, PlantNodes};
 use crate::publish::Publisher;
 use crate::types::InheritingTypes;
-use crate::users::Users;
+use crate::users::ServerUsers;
 
 /// The policies that are offered with encryption: none that the standard has withdrawn.
 const POLICIES: [SecurityPolicy; 3] = [
@@ -58,7 +58,7 @@ pub fn run(settings: &OpcUaSettings) -> Result<()> {
 
 async fn serve(settings: &OpcUaSettings) -> Result<()> {
     let lines = ServerLines::new();
-    let followed = FollowedController::new(settings.socket.clone());
+    let followed = PlantController::new(settings.socket.clone());
     let standing = StandingAlarms::default();
     let methods = ConditionMethods {
         followed: followed.clone(),
@@ -124,11 +124,11 @@ async fn show(
 
 fn made(
     settings: &OpcUaSettings,
-    followed: FollowedController,
+    followed: PlantController,
     methods: ConditionMethods,
 ) -> Result<(Server, ServerHandle)> {
     let lines = methods.lines.clone();
-    let users = Users::new(settings.users.clone().map(UserFile::new), lines.clone());
+    let users = ServerUsers::new(settings.users.clone().map(UserDirectory::new), lines.clone());
     let manager = PlantManagerBuilder { settings: settings.clone(), followed, lines };
     let mut builder = ServerBuilder::new()
         // The first manager that owns a method carries it out, so those of conditions stand first.
@@ -159,7 +159,7 @@ fn made(
 
 /// The endpoints, each with its name.
 fn endpoints(settings: &OpcUaSettings) -> Vec<(String, ServerEndpoint)> {
-    // Which kind of user an endpoint takes is decided by `Users`; the library wants one named.
+    // Which kind of user an endpoint takes is decided by `ServerUsers`; the library wants one named.
     let users = [ANONYMOUS_USER_TOKEN_ID.to_owned()];
     let encrypted = POLICIES.map(|policy| {
         let mode = MessageSecurityMode::SignAndEncrypt;

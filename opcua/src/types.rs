@@ -1,7 +1,7 @@
 //! The types that event filters are checked against: those of the library, with inheritance.
 //!
-//! A client may ask for a field of a supertype by the subtype's name, and for the condition itself by
-//! an empty path (part 9, 5.5.2); the library looks only at the fields that a type itself declares.
+//! A client may ask for a field of a supertype by the subtype's name, and for the condition itself
+//! by an empty path (part 9, 5.5.2); the library looks only at the fields that a type declares.
 
 use std::ops::Deref;
 use std::sync::{Arc, OnceLock};

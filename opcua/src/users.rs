@@ -11,26 +11,26 @@ use opcua::server::authenticator::{
     AuthManager, Password, UserToken, user_pass_security_policy_id, user_pass_security_policy_uri,
 };
 use opcua::types::{Error, StatusCode, UAString, UserTokenPolicy, UserTokenType};
-use rungd_web::UserFile;
+use rungd_web::UserDirectory;
 
-use crate::journal::{LineSubject, ServerLines};
+use crate::journal::{ClientLine, ServerLines};
 
 /// The wait after a wrong password.
 const WRONG_WAIT: Duration = Duration::from_secs(1);
 
 /// The users of a server.
-pub struct Users {
+pub struct ServerUsers {
     /// The file; `None`: nobody has to sign in.
-    file: Option<Arc<UserFile>>,
+    file: Option<Arc<UserDirectory>>,
     /// One password at a time: each takes much memory.
     turn: tokio::sync::Mutex<()>,
     lines: ServerLines,
 }
 
-impl Users {
+impl ServerUsers {
     /// The users of a file; without one, everybody.
-    pub fn new(file: Option<UserFile>, lines: ServerLines) -> Users {
-        Users { file: file.map(Arc::new), turn: tokio::sync::Mutex::new(()), lines }
+    pub fn new(file: Option<UserDirectory>, lines: ServerLines) -> ServerUsers {
+        ServerUsers { file: file.map(Arc::new), turn: tokio::sync::Mutex::new(()), lines }
     }
 
     /// Whether the password is right.
@@ -42,7 +42,8 @@ impl Users {
         match judged {
             Ok(Ok(is_right)) => is_right,
             Ok(Err(failure)) => {
-                self.lines.say(LineSubject::UserFile, &format!("nobody can sign in: {failure}"));
+                self.lines
+                    .say(ClientLine::UserDirectory, &format!("nobody can sign in: {failure}"));
                 false
             }
             Err(_) => false,
@@ -50,14 +51,14 @@ impl Users {
     }
 }
 
-impl fmt::Debug for Users {
+impl fmt::Debug for ServerUsers {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Users").field("file", &self.file).finish_non_exhaustive()
+        f.debug_struct("ServerUsers").field("file", &self.file).finish_non_exhaustive()
     }
 }
 
 #[async_trait]
-impl AuthManager for Users {
+impl AuthManager for ServerUsers {
     async fn authenticate_anonymous_token(&self, _: &ServerEndpoint) -> Result<(), Error> {
         match self.file {
             None => Ok(()),
@@ -72,10 +73,10 @@ impl AuthManager for Users {
         password: &Password,
     ) -> Result<UserToken, Error> {
         if self.admits(username, password.get()).await {
-            self.lines.say(LineSubject::SignIn, &format!("{username} signs in"));
+            self.lines.say(ClientLine::SignIn, &format!("{username} signs in"));
             return Ok(UserToken(username.to_owned()));
         }
-        self.lines.say(LineSubject::WrongPassword, &format!("wrong password for {username}"));
+        self.lines.say(ClientLine::WrongPassword, &format!("wrong password for {username}"));
         tokio::time::sleep(WRONG_WAIT).await;
         Err(Error::new(StatusCode::BadUserAccessDenied, "wrong name or password"))
     }

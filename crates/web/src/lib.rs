@@ -46,4 +46,4 @@ mod users;
 
 pub use options::{ListenAt, WebOptions};
 pub use server::{conversation, serve};
-pub use users::{UserFailure, UserFile, set_password};
+pub use users::{UserDirectory, UserFailure, set_password};

@@ -100,15 +100,15 @@ impl Users {
 
 /// The users of a file, for a program that lets people in by name and password.
 #[derive(Debug)]
-pub struct UserFile {
+pub struct UserDirectory {
     path: PathBuf,
     hasher: Hasher,
 }
 
-impl UserFile {
+impl UserDirectory {
     /// The users of the file with this path. It is read for each password.
-    pub fn new(path: PathBuf) -> UserFile {
-        UserFile { path, hasher: Hasher::default() }
+    pub fn new(path: PathBuf) -> UserDirectory {
+        UserDirectory { path, hasher: Hasher::default() }
     }
 
     /// Whether a password is that of a user. For an unknown user it takes the same time. Blocks

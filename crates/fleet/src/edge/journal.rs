@@ -2,7 +2,7 @@
 //!
 //! `shell` and `log_thread` decide which lines to print; [`crate::journal`] prints and limits them.
 
-use crate::journal::{self, JournalSubject, say_as};
+use crate::journal::{JournalSubject, LimitedLines, say_as};
 
 /// The program, as its lines begin.
 const PROGRAM: &str = "rungd edge";
@@ -61,7 +61,7 @@ impl JournalSubject for LineSubject {
 }
 
 /// The lines of strangers, with limits.
-pub(super) type LimitedLines = journal::LimitedLines<LineSubject>;
+pub(super) type EdgeLines = LimitedLines<LineSubject>;
 
 /// Prints a line to standard error, for the journal. If nobody reads it, it is lost.
 pub(super) fn say(text: &str) {

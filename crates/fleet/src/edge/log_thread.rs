@@ -11,7 +11,7 @@ use serde_json::Value;
 use tokio::sync::mpsc;
 
 use super::facts::{NodeFact, of_controller};
-use super::journal::{LimitedLines, LineSubject, say};
+use super::journal::{EdgeLines, LineSubject, say};
 use super::settings::EdgeSettings;
 use super::tags::chooser;
 use rungd_client::live::{
@@ -77,7 +77,7 @@ impl LogThread {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn start(settings: &EdgeSettings, lines: LimitedLines) -> std::io::Result<LogThread> {
+    pub fn start(settings: &EdgeSettings, lines: EdgeLines) -> std::io::Result<LogThread> {
         let (asks, inbox) = channel();
         let (tell, told) = mpsc::channel(QUEUE);
         let choose = chooser(settings);
@@ -115,7 +115,7 @@ struct LogWorker {
     tell: mpsc::Sender<LogReport>,
     /// The last logged line about a past that could not be read.
     unread: Option<String>,
-    lines: LimitedLines,
+    lines: EdgeLines,
 }
 
 /// The receiver of the reports is gone.

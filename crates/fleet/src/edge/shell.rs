@@ -14,7 +14,7 @@ use tokio::signal::unix::{Signal, SignalKind, signal};
 use tokio::time::{Instant, MissedTickBehavior, interval, sleep, sleep_until};
 
 use super::cursor::NodeCursor;
-use super::journal::{LimitedLines, LineSubject, say};
+use super::journal::{EdgeLines, LineSubject, say};
 use super::log_thread::{LogReport, LogRequest, LogThread};
 use super::node::{EdgeNode, NodeAction};
 use super::settings::{BrokerKeys, EdgeSettings};
@@ -75,7 +75,7 @@ pub fn run(settings: &EdgeSettings) -> Result<()> {
     let mut cursor = NodeCursor::new(state);
     let (birth, confirmed) = (cursor.last_birth(), cursor.position());
     let node = EdgeNode::new(settings.clone(), birth, confirmed);
-    let lines = LimitedLines::new();
+    let lines = EdgeLines::new();
     let log = LogThread::start(settings, lines.clone()).context("a thread")?;
     let shell = EdgeShell {
         broker,
@@ -129,7 +129,7 @@ struct EdgeShell {
     node: EdgeNode,
     log: LogThread,
     cursor: NodeCursor,
-    lines: LimitedLines,
+    lines: EdgeLines,
     /// The log position up to which a broker has everything, and the time at which it was last
     /// stored.
     confirmed: Option<LogPosition>,
