@@ -159,7 +159,7 @@ fn made(
 
 /// The endpoints, each with its name.
 fn endpoints(settings: &OpcUaSettings) -> Vec<(String, ServerEndpoint)> {
-    // Which kind of user an endpoint takes is decided by `ServerUsers`; the library wants one named.
+    // Which kind of user an endpoint takes is decided by `ServerUsers`; the library wants one.
     let users = [ANONYMOUS_USER_TOKEN_ID.to_owned()];
     let encrypted = POLICIES.map(|policy| {
         let mode = MessageSecurityMode::SignAndEncrypt;
