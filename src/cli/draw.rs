@@ -6,10 +6,12 @@ use anyhow::{Context, Result};
 use clap::Args;
 
 use super::exit::{CommandLine, Exit};
+use super::foreign::is_foreign;
 use super::terminal::print;
 use super::xref::ProgramArgs;
 use rungd_config::load::read_bytes;
 use rungd_lab::draw::coverage::CoverageMarks;
+use rungd_lab::draw::difference::difference;
 use rungd_lab::draw::ladder::Picture;
 use rungd_lab::draw::listing::listing;
 use rungd_lab::draw::page::{page, picture};
@@ -34,6 +36,9 @@ pub struct DrawArgs {
     /// --json`
     #[arg(long, value_name = "REPORT")]
     coverage: Option<PathBuf>,
+    /// Draw only the rungs that differ between two versions: `--diff OLD NEW`
+    #[arg(long, conflicts_with_all = ["output", "coverage"])]
+    diff: bool,
 }
 
 /// The form of a drawing.
@@ -49,6 +54,10 @@ enum DrawingForm {
 /// # Errors
 /// A file cannot be read, or the output cannot be written.
 pub fn draw(args: &DrawArgs) -> Result<Exit> {
+    let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
+    if args.diff {
+        return draw_difference(args, style);
+    }
     let form = form(args.output.as_deref())?;
     let marks = args.coverage.as_deref().map(marks).transpose()?;
     let program = ProgramArgs::of(args.files.clone());
@@ -59,10 +68,7 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
         marks.fits(&ladder).map_err(of_path)?;
     }
     let text = match form {
-        DrawingForm::Text => {
-            let style = if args.ascii { WireStyle::Ascii } else { WireStyle::Lines };
-            listing(&ladder, style, marks.as_ref())
-        }
+        DrawingForm::Text => listing(&ladder, style, marks.as_ref()),
         DrawingForm::Svg => picture(&ladder, marks.as_ref()),
         // The page describes only the ladder, so tests are left out.
         DrawingForm::Html => page(&ladder, &asked.index(&[]).all(), marks.as_ref()),
@@ -71,6 +77,18 @@ pub fn draw(args: &DrawArgs) -> Result<Exit> {
         Some(path) => std::fs::write(path, text).with_context(|| path.display().to_string())?,
         None => print(&text)?,
     }
+    Ok(Exit::Ok)
+}
+
+/// Draws the rungs that differ between two files.
+fn draw_difference(args: &DrawArgs, style: WireStyle) -> Result<Exit> {
+    let [old, new] = &args.files[..] else {
+        return Err(CommandLine("--diff compares two files: OLD and NEW".to_owned()).into());
+    };
+    let loaded = |path: &PathBuf| ProgramArgs::of(vec![path.clone()]).load();
+    let (Some(old), Some(new)) = (loaded(old)?, loaded(new)?) else { return Ok(Exit::Config) };
+    let has_names = !args.files.iter().any(|path| is_foreign(path));
+    print(&difference(&old.subject, &new.subject, style, has_names))?;
     Ok(Exit::Ok)
 }
 

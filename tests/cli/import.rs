@@ -145,3 +145,36 @@ fn several_files_become_projects_beside_each_other() {
     assert!(said(&refused.stderr).contains("two files would be imported into more/one"));
     assert!(!folder.join("more").exists());
 }
+
+#[test]
+fn two_versions_are_drawn_as_the_rungs_that_differ() {
+    let folder = TestFolder::new("difference");
+    let folder = folder.path();
+    let edited = ["XIC(hot)OTE(stop);", "[XIC(start) ,XIC(motor) ]OTE(motor);", RUNGS[4]];
+    let old = ["XIC(hot)OTL(start);", RUNGS[0], RUNGS[4]];
+    fs::write(folder.join("old.L5X"), l5x(&TAGS, &old[1..])).unwrap();
+    fs::write(folder.join("new.L5X"), l5x(&TAGS, &edited)).unwrap();
+    let diff = |args: &[&str]| {
+        let output = rungd(&[&["draw", "--diff"], args].concat(), folder);
+        assert_eq!(output.status.code(), Some(0), "{}", said(&output.stderr));
+        said(&output.stdout)
+    };
+    let text = diff(&["old.L5X", "new.L5X"]);
+    for part in [
+        "+ │ hot   stop",
+        "- ├──] [──┬─] [─────( )",
+        "+ ├──] [──┬──( )",
+        "\n1 rung edited, 1 new, 0 gone\n",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert!(!text.contains("level"), "{text}");
+    assert_eq!(diff(&["old.L5X", "old.L5X"]), "no rung differs\n");
+    let ladder = "[[program]]\nname = \"Main\"\n[[program.rung]]\nname = \"a\"\nwhen = [\"X0\"]\ndo = \
+                  [\"OUT Y0\"]\n";
+    fs::write(folder.join("old.toml"), ladder).unwrap();
+    fs::write(folder.join("new.toml"), ladder.replace("X0", "!X0")).unwrap();
+    let text = diff(&["old.toml", "new.toml"]);
+    assert!(text.contains("Main, rung a is edited  new.toml:3\n- │ X0    Y0\n"), "{text}");
+    assert!(text.ends_with("1 rung edited, 0 new, 0 gone\n"), "{text}");
+}

@@ -7,6 +7,7 @@
 
 pub mod circuit;
 pub mod coverage;
+pub mod difference;
 mod face;
 pub mod flow;
 mod flow_drawing;

@@ -23,8 +23,9 @@ use plan::ElementPairs;
 pub use plan::{LoweredProgram, ReloadPlan};
 pub use report::OldMemory;
 pub use report::WARNING;
-pub use rung_texts::FileTexts;
+pub use rung_texts::{FileTexts, RungDifference};
 use rungd_engine::Transfer;
+pub use rungs::rung_differences;
 pub use wired::misfit;
 
 /// The reason why files with different devices are not reloaded.

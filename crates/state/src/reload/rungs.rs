@@ -9,6 +9,7 @@
 use std::collections::{HashMap, HashSet, VecDeque};
 use std::sync::Arc;
 
+use super::moves::MovedElements;
 use super::plan::{ElementPairs, LoweredProgram, OldState, ReloadPlan};
 use super::rung_texts::RungDifference;
 use rungd_engine::isa::{BlockId, ElementId};
@@ -33,18 +34,41 @@ impl RungKey {
     }
 }
 
-pub(super) fn rungs(
-    plan: &mut ReloadPlan,
-    names: &ElementPairs<'_>,
+/// The rungs that differ between two programs: edited, new, gone. `has_names`: a rung keeps its
+/// name when others are inserted, so that a name tells which rung it is.
+pub fn rung_differences(
     old: LoweredProgram<'_>,
     new: LoweredProgram<'_>,
-) {
-    let new_place = |rung: &RungText| {
-        names.element(rung.element).map(|element| RungText { element, ..rung.clone() })
-    };
-    let here: Vec<_> = names.old.rungs.iter().map(new_place).collect();
-    let lost = here.iter().filter(|rung| rung.is_none()).count();
-    let mut before: Vec<RungText> = here.into_iter().flatten().collect();
+    has_names: bool,
+) -> Vec<RungDifference> {
+    let (before, now) = (&old.symbols.identity, &new.symbols.identity);
+    let moves = MovedElements::of(before, now);
+    let renamed = moves.renamed(before);
+    let names = ElementPairs::new(renamed.as_ref().unwrap_or(before), now, moves);
+    let paired = paired(&names, has_names);
+    let edited = paired.edited.into_iter().map(|(was, is)| RungDifference::Edited(was, is));
+    let gone = paired.before.into_iter().chain(paired.lost).map(RungDifference::Gone);
+    edited.chain(paired.now.into_iter().map(RungDifference::New)).chain(gone).collect()
+}
+
+/// The rungs of two programs that are not the same.
+struct PairedRungs {
+    edited: Vec<(RungText, RungText)>,
+    now: Vec<RungText>,
+    before: Vec<RungText>,
+    /// The old rungs whose element is gone.
+    lost: Vec<RungText>,
+    in_order: bool,
+}
+
+fn paired(names: &ElementPairs<'_>, has_names: bool) -> PairedRungs {
+    let (mut before, mut lost) = (Vec::new(), Vec::new());
+    for rung in &names.old.rungs {
+        match names.element(rung.element) {
+            Some(element) => before.push(RungText { element, ..rung.clone() }),
+            None => lost.push(rung.clone()),
+        }
+    }
     let mut now = names.new.rungs.clone();
     let keys = |rungs: &[RungText]| rungs.iter().map(RungKey::same).collect::<Vec<_>>();
     let in_order = keys(&before) == keys(&now);
@@ -53,13 +77,23 @@ pub(super) fn rungs(
         Some(RungKey::Text(rung.element.block, Arc::clone(&rung.whole)))
     });
     edited.extend(pair(&mut before, &mut now, |rung| {
-        Some(RungKey::Name(rung.element.block, rung.name.clone()?))
+        Some(RungKey::Name(rung.element.block, rung.name.clone().filter(|_| has_names)?))
     }));
     edited.extend(pair(&mut before, &mut now, |rung| {
         Some(RungKey::Acts(rung.element, rung.acts.clone()))
     }));
     edited.extend(pair(&mut before, &mut now, |rung| Some(RungKey::Element(rung.element))));
-    let (changed, added, gone) = (edited.len(), now.len(), before.len() + lost);
+    PairedRungs { edited, now, before, lost, in_order }
+}
+
+pub(super) fn rungs(
+    plan: &mut ReloadPlan,
+    names: &ElementPairs<'_>,
+    old: LoweredProgram<'_>,
+    new: LoweredProgram<'_>,
+) {
+    let PairedRungs { edited, now, before, lost, in_order } = paired(names, true);
+    let (changed, added, gone) = (edited.len(), now.len(), before.len() + lost.len());
     if (changed, added, gone) != (0, 0, 0) {
         let s = if changed == 1 { "" } else { "s" };
         plan.add_line(format!("{changed} rung{s} edited, {added} new, {gone} gone"));
