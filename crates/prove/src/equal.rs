@@ -11,7 +11,7 @@ use crate::answer::Way;
 use crate::cone::cone;
 use crate::decide::DecideLimits;
 use crate::events::ModelEvents;
-use crate::inputs::{addresses, brought, is_input, of_arrays, range, x_number};
+use crate::inputs::{addresses, brought, is_given, of_arrays, range, x_number};
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
 use crate::question::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion};
@@ -243,7 +243,7 @@ impl<'a> LadderPair<'a> {
             }
             _ => false,
         };
-        is_of_type && (is_input(&old) || brought(self.question.old).any(|input| input == old))
+        is_of_type && (is_given(&old) || brought(self.question.old).any(|input| input == old))
     }
 
     /// The outputs that are compared.
@@ -338,7 +338,7 @@ struct SharedInput {
 
 /// The inputs of a ladder.
 fn inputs_of(suite: &Suite) -> Vec<Address> {
-    let named = addresses(&suite.programs[0].program).filter(is_input);
+    let named = addresses(&suite.programs[0].program).filter(is_given);
     let mut all: Vec<Address> = named.chain(brought(suite)).collect();
     all.sort_unstable();
     all.dedup();

@@ -22,13 +22,19 @@ pub(crate) fn of_arrays(program: &Program) -> impl Iterator<Item = Address> {
     program.arrays.iter().flat_map(|named| named.array.addresses())
 }
 
-/// Whether an address is an X, or a status word that is given from outside.
+/// Whether an address is an X, or a word of the date or time of day.
 pub(crate) fn is_input(address: &Address) -> bool {
     match address {
         Address::Bit(Bit::Space(BitSpace::X, _)) => true,
-        Address::Word(Word::Space(WordSpace::Dst, n)) => status::dst::is_given(*n),
+        Address::Word(Word::Space(WordSpace::Dst, n)) => status::dst::is_of_clock(*n),
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
     }
+}
+
+/// Whether it is an input, or a time of scans.
+pub(crate) fn is_given(address: &Address) -> bool {
+    let Address::Word(Word::Space(WordSpace::Dst, n)) = address else { return is_input(address) };
+    status::dst::is_given(*n)
 }
 
 /// What field devices bring.

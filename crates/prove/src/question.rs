@@ -331,8 +331,7 @@ impl FreeOperands<'_> {
         code
     }
 
-    /// Every input that the program names: its X, what devices bring, the time of day, and
-    /// the times of scans.
+    /// Every input that the program names: its X, what devices bring, and the time of day.
     fn inputs(&self) -> Vec<FreeOperand> {
         let proof = &self.suite.proof;
         let of_conditions = self.suite.always[0].iter().chain(&proof.assume).chain(&proof.can);

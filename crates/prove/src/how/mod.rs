@@ -141,8 +141,7 @@ impl HowQuestion {
 
     fn decided(&self, limits: &DecideLimits, begun: Instant) -> HowVerdict {
         let race = limits.race(begun);
-        // First the time of day and the times of scans stand still: nobody changes them, and they
-        // have many values.
+        // First the time of day stands still: nobody changes it, and it has many values.
         if let Some(still) = self.with_still_clock() {
             let race = Race { end: begun + limits.time / 2, ..race.clone() };
             if let found @ HowVerdict::Found { .. } = self.verdict(&still, &race) {
@@ -152,13 +151,13 @@ impl HowQuestion {
         self.verdict(&self.questions.model, &race)
     }
 
-    /// The model whose time of day and times of scans stay those of its state; `None`: it has none.
+    /// The model whose date and time of day stay those of its state; `None`: it has none.
     fn with_still_clock(&self) -> Option<ProofModel> {
         self.begin.as_ref()?;
         let mut model = self.questions.model.clone();
         let levels = model.resting();
         let is_clock = |cell| match self.questions.model.code.layout.address(cell) {
-            Some(Address::Word(Word::Space(WordSpace::Dst, n))) => dst::is_given(n),
+            Some(Address::Word(Word::Space(WordSpace::Dst, n))) => dst::is_of_clock(n),
             Some(_) | None => false,
         };
         let mut has_clock = false;
