@@ -8,22 +8,16 @@
 use std::fs::{self, File};
 use std::io::Read;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 use super::exit::CommandLine;
-use super::terminal::one_line;
-use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
-use rungd_import::model::ForeignProject;
-use rungd_import::write::{CONTROLLER, draw_stubs, files};
-use rungd_import::{l5x, plcopen};
+#[cfg(feature = "import")]
+pub use project::read;
+use rungd_config::load::Loaded;
 
 /// How much of a file tells whether it is a foreign one, in bytes.
 const HEAD: usize = 256;
-
-/// Largest file that is read, in bytes.
-const BYTES_MAX: u64 = 256 * 1024 * 1024;
 
 /// Whether a file is one of another controller: it begins as XML does, and TOML cannot.
 pub(super) fn is_foreign(path: &Path) -> bool {
@@ -41,7 +35,7 @@ pub(super) fn is_foreign(path: &Path) -> bool {
 /// # Errors
 /// The file cannot be read, or is of no known form.
 pub(super) fn checked(path: &Path) -> Result<Loaded> {
-    loaded(path, &read(path)?)
+    loaded(path, Stubs::Refused)
 }
 
 /// The program of a command's files, if they are one foreign file. A rung that is not translated
@@ -55,37 +49,86 @@ pub(super) fn shown(paths: &[PathBuf]) -> Result<Option<Loaded>> {
         let message = format!("{}: a file of another controller stands alone", path.display());
         return Err(CommandLine(message).into());
     }
-    let mut project = read(path)?;
-    draw_stubs(&mut project);
-    loaded(path, &project).map(Some)
+    loaded(path, Stubs::Drawn).map(Some)
 }
 
-fn loaded(path: &Path, project: &ForeignProject) -> Result<Loaded> {
-    let texts = files(project).into_iter();
-    let texts = texts.map(|file| (identity(&path.join(&file.path)), Arc::from(file.text)));
-    load::controller_among(&path.join(CONTROLLER), &OpenTexts::new(texts))
+/// What becomes of the rungs that are not translated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stubs {
+    /// Each is the finding `imported-todo`.
+    Refused,
+    /// Each is drawn as a rung that never acts.
+    Drawn,
 }
 
-/// The project of a foreign file.
-///
-/// # Errors
-/// The file cannot be read, or is of no known form.
-pub fn read(path: &Path) -> Result<ForeignProject> {
-    let name = || one_line(&path.display().to_string()).into_owned();
-    let about = fs::metadata(path).with_context(name)?;
-    if about.len() > BYTES_MAX {
-        let mb = about.len() / (1024 * 1024);
-        return Err(CommandLine(format!("{}: {mb} MB; at most 256 MB are read", name())).into());
+#[cfg(feature = "import")]
+fn loaded(path: &Path, stubs: Stubs) -> Result<Loaded> {
+    project::loaded(path, stubs)
+}
+
+#[cfg(not(feature = "import"))]
+fn loaded(path: &Path, _: Stubs) -> Result<Loaded> {
+    let path = path.display();
+    let message = format!(
+        "{path}: a file of another controller, and this rungd was built without the feature \
+         `import`"
+    );
+    Err(CommandLine(message).into())
+}
+
+#[cfg(feature = "import")]
+mod project {
+    //! The project of a foreign file, as `rungd_import` makes it.
+
+    use std::fs;
+    use std::path::Path;
+    use std::sync::Arc;
+
+    use anyhow::{Context, Result};
+
+    use super::Stubs;
+    use crate::cli::exit::CommandLine;
+    use crate::cli::terminal::one_line;
+    use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
+    use rungd_import::model::ForeignProject;
+    use rungd_import::write::{CONTROLLER, draw_stubs, files};
+    use rungd_import::{l5x, plcopen};
+
+    /// Largest file that is read, in bytes.
+    const BYTES_MAX: u64 = 256 * 1024 * 1024;
+
+    /// The program of a project, from memory.
+    pub(super) fn loaded(path: &Path, stubs: Stubs) -> Result<Loaded> {
+        let mut project = read(path)?;
+        if stubs == Stubs::Drawn {
+            draw_stubs(&mut project);
+        }
+        let texts = files(&project).into_iter();
+        let texts = texts.map(|file| (identity(&path.join(&file.path)), Arc::from(file.text)));
+        load::controller_among(&path.join(CONTROLLER), &OpenTexts::new(texts))
     }
-    let bytes = read_bytes(path).with_context(name)?;
-    let text = String::from_utf8_lossy(&bytes);
-    let project = if l5x::is_l5x(&text) {
-        l5x::read(&text)
-    } else if plcopen::is_plcopen(&text) {
-        plcopen::read(&text)
-    } else {
-        let message = format!("{}: neither an L5X nor a PLCopen XML file", name());
-        return Err(CommandLine(message).into());
-    };
-    project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+
+    /// The project of a foreign file.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is of no known form.
+    pub fn read(path: &Path) -> Result<ForeignProject> {
+        let name = || one_line(&path.display().to_string()).into_owned();
+        let about = fs::metadata(path).with_context(name)?;
+        if about.len() > BYTES_MAX {
+            let mb = about.len() / (1024 * 1024);
+            return Err(CommandLine(format!("{}: {mb} MB; at most 256 MB are read", name())).into());
+        }
+        let bytes = read_bytes(path).with_context(name)?;
+        let text = String::from_utf8_lossy(&bytes);
+        let project = if l5x::is_l5x(&text) {
+            l5x::read(&text)
+        } else if plcopen::is_plcopen(&text) {
+            plcopen::read(&text)
+        } else {
+            let message = format!("{}: neither an L5X nor a PLCopen XML file", name());
+            return Err(CommandLine(message).into());
+        };
+        project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+    }
 }
