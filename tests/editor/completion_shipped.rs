@@ -107,6 +107,15 @@ fn is_address(word: &str) -> bool {
     digits.len() < word.len() && !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit())
 }
 
+/// Whether a word is a member, as `now` of `t.now`, whose whole name stands in the file once: of a
+/// template of the library, whose file the ladder does not name by itself. Each ladder is opened
+/// alone here.
+fn is_of_library(text: &str, start: usize, end: usize) -> bool {
+    let is_of_name = |c: char| c == '.' || c == '_' || c.is_ascii_alphanumeric();
+    let before = text[..start].trim_end_matches(is_of_name).len();
+    text[..start].ends_with('.') && text.matches(&text[before..end]).count() == 1
+}
+
 #[test]
 fn existing_names_are_offered_after_their_first_letter() {
     let (mut number, mut tried, mut absent) = (0, 0, Vec::new());
@@ -119,6 +128,9 @@ fn existing_names_are_offered_after_their_first_letter() {
         for (start, end) in words {
             number += 1;
             if number % WORD_STEP != 0 {
+                continue;
+            }
+            if is_of_library(&text, start, end) {
                 continue;
             }
             tried += 1;
