@@ -300,16 +300,18 @@ impl LadderBody<'_, '_> {
         let mut when = Vec::new();
         let mut arguments = Vec::new();
         for (at, [pin, parameter]) in standard.contacts.iter().enumerate() {
-            let power = self.pin_power(find(block, pin))?;
-            let is_first = at == 0;
-            let power = if is_first { power } else { self.small(power, &format!("{own}_{pin}")) };
-            match is_first {
-                true => when = vec![power],
-                false => {
-                    arguments
-                        .push(UseArgument { name: (*parameter).to_owned(), value: power.text() });
-                }
+            let mut power = self.pin_power(find(block, pin))?;
+            // Under a condition the block's text is not always executed; edges are.
+            let is_conditional = find(block, "EN").is_some_and(|pin| !pin.input.is_empty());
+            if is_conditional && power.text().contains("rise(") {
+                power = self.kept(power, &format!("{own}_{pin}"));
             }
+            if at == 0 {
+                when = vec![power];
+                continue;
+            }
+            let value = self.small(power, &format!("{own}_{pin}")).text();
+            arguments.push(UseArgument { name: (*parameter).to_owned(), value });
         }
         if let Some(name) = standard.number {
             let wanted = match (name, block.kind.to_uppercase().ends_with("_DINT")) {

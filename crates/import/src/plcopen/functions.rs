@@ -175,7 +175,9 @@ impl LadderBody<'_, '_> {
         };
         let when = enabled.unwrap_or(RungCondition::Constant(true));
         let [text] = &result.texts[..] else {
-            let value = self.kept_result(BlockOutput { element: at, pin: 0 }, result, None);
+            let block = self.graph.elements[at].body.block();
+            let pin = block.map_or(Ok(0), result_pin)?;
+            let value = self.kept_result(BlockOutput { element: at, pin }, result, None);
             let value = super::statements::formula_of(&value);
             return self.store_number(target, &value, when);
         };
