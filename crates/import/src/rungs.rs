@@ -200,16 +200,19 @@ fn ladder(steps: &[RungStep], at: usize) -> (RungBody, usize) {
         next += 1;
     }
     let (mut body, mut branches) = (Vec::new(), Vec::<ProjectBranch>::new());
+    // Equal contacts that were evaluated at another time are another branch.
+    let mut before: &[Term] = &[];
     for step in &steps[at..next] {
         let ActionForm::Do(text) = &step.action.form else { continue };
         let rest = &step.when[common.len()..];
         match (rest.is_empty(), branches.last_mut()) {
             (true, _) => body.push(text.clone()),
-            (false, Some(last)) if last.when == contacts(rest) => last.body.push(text.clone()),
+            (false, Some(last)) if before == rest => last.body.push(text.clone()),
             (false, _) => {
                 branches.push(ProjectBranch { when: contacts(rest), body: vec![text.clone()] });
             }
         }
+        before = rest;
     }
     (RungBody::Ladder { when: contacts(common), body, branches }, next)
 }
@@ -298,6 +301,15 @@ mod tests {
             out("f", vec![term("a", 0)]),
         ];
         assert_eq!(made(steps), ["a:  [b: OUT c] [d: OUT e]", "a: OUT f"]);
+    }
+
+    #[test]
+    fn equal_contacts_behind_an_instruction_that_changes_them_are_evaluated_anew() {
+        let steps = vec![
+            out("b", vec![term("a", 0), term("b", 0)]),
+            out("c", vec![term("a", 0), term("b", 1)]),
+        ];
+        assert_eq!(made(steps), ["a:  [b: OUT b] [b: OUT c]"]);
     }
 
     #[test]
