@@ -142,14 +142,16 @@ pub fn strace(program: &Path) -> Probed {
     works("strace", Command::new(program).args(["-o", "/dev/null", "true"]))
 }
 
-/// Writes a program that prints a text to both outputs, and ends with a code.
+/// Writes a program that prints a text to both outputs, and ends with a code. A process of its own
+/// writes it: a file that is open for writing cannot be executed ("text file busy"), and a process
+/// that another test starts meanwhile would keep it open.
 #[cfg(test)]
 fn fake(folder: &Path, name: &str, text: &str, code: i32) -> std::path::PathBuf {
-    use std::os::unix::fs::PermissionsExt;
     let path = folder.join(name);
     let script = format!("#!/bin/sh\necho \"{text}\"\necho \"{text}\" >&2\nexit {code}\n");
-    std::fs::write(&path, script).unwrap();
-    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o755)).unwrap();
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "printf %s \"$1\" > \"$2\" && chmod 755 \"$2\"", "sh", &script]);
+    assert!(shell.arg(&path).status().unwrap().success());
     path
 }
 
