@@ -58,8 +58,6 @@ pub(super) struct Assembler<'p> {
     pub site: LoweringSite,
     /// The index of the current element's first termination.
     terminations_from: u32,
-    /// Whether an operation touches a whole array.
-    has_arrays: bool,
     /// The words with the limits of arrays, by element 0 and the number of elements.
     array_limits: HashMap<(Address, u32), ArrayLimits>,
     /// The origins of operations, if the program is lowered for observation.
@@ -97,7 +95,6 @@ impl<'p> Assembler<'p> {
             identity: Identity { kept, ..Identity::new(program) },
             site: LoweringSite::default(),
             terminations_from: 0,
-            has_arrays: false,
             array_limits: HashMap::new(),
             sites: None,
             progress,
@@ -197,8 +194,7 @@ impl<'p> Assembler<'p> {
     }
 
     /// The cells of an array; of flags, from the first to the last one.
-    pub fn cells(&mut self, array: Array) -> CellRange {
-        self.has_arrays = true;
+    pub fn cells(&self, array: Array) -> CellRange {
         let first = match self.layout.cell(array.element(0)) {
             Some(Cell::Bit(BitCell(cell)) | Cell::Word(WordCell(cell))) => cell,
             Some(Cell::WordBit(bit)) => bit.word.0,
@@ -308,7 +304,7 @@ impl<'p> Assembler<'p> {
         let ops = std::mem::take(&mut self.ops);
         let formulas = std::mem::take(&mut self.formulas);
         let all = Formulas { reads: &formulas, status: self.layout.bit(STATUS).0 };
-        for batch in schedule::schedule(ops, all, self.has_arrays, self.window) {
+        for batch in schedule::schedule(ops, all, self.window) {
             let kind = batch[0].kind();
             if kind == OpKind::Math {
                 self.maths_of(batch, all);

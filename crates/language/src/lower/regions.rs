@@ -3,7 +3,8 @@
 //! Called by `schedule`. If the index of an operation is known only at run time, the operation
 //! counts as touching every cell of its array. Arrays that share cells are one region. A cell
 //! within a region counts as the region's first cell, even if an operation uses the cell's own
-//! address. An element without arrays has no region, and no extra work.
+//! address. A bit of a word as the target of MATH is an array of one word. The operations
+//! themselves say which arrays they touch, so that no instruction can be left out.
 
 use std::ops::Range;
 

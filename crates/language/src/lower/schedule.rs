@@ -20,20 +20,17 @@ pub use rungd_engine::ops::{Formulas, Op, OpKind, TouchedCells};
 pub const WINDOW: usize = 4096;
 
 /// Puts an element's operations, given in file order, into batches of one kind each. `formulas` are
-/// the formulas of the MATHs. `has_arrays`: whether an operation may touch an array at an index
-/// known only at run time.
-pub(crate) fn schedule(
-    ops: Vec<Op>,
-    formulas: Formulas,
-    has_arrays: bool,
-    window: usize,
-) -> Vec<Vec<Op>> {
+/// the formulas of the MATHs.
+pub(crate) fn schedule(ops: Vec<Op>, formulas: Formulas, window: usize) -> Vec<Vec<Op>> {
     let mut batches = Vec::new();
-    let regions = if has_arrays { Regions::of(&ops, formulas) } else { Regions::default() };
-    let regions = &regions;
-    let begin = || {
-        let touches = TouchedCells { formulas, ..TouchedCells::default() };
-        Segment { touches, regions: Some(regions), ..Segment::default() }
+    let regions = &Regions::of(&ops, formulas);
+    let begin = || Segment {
+        batches: Vec::new(),
+        of_kind: HashMap::new(),
+        uses: LastUses::default(),
+        touches: TouchedCells { formulas, ..TouchedCells::default() },
+        regions,
+        count: 0,
     };
     let mut segment = begin();
     for op in ops {
@@ -51,14 +48,13 @@ pub(crate) fn schedule(
     batches
 }
 
-#[derive(Default)]
 struct Segment<'f> {
     batches: Vec<Vec<Op>>,
     /// The positions of the batches of each kind, ascending.
     of_kind: HashMap<OpKind, Vec<usize>>,
     uses: LastUses,
     touches: TouchedCells<'f>,
-    regions: Option<&'f Regions>,
+    regions: &'f Regions,
     count: usize,
 }
 
@@ -66,9 +62,7 @@ impl Segment<'_> {
     fn place(&mut self, op: Op) {
         self.touches.clear();
         op.touches(&mut self.touches);
-        if let Some(regions) = self.regions {
-            regions.represent(&mut self.touches);
-        }
+        self.regions.represent(&mut self.touches);
         let earliest = self.uses.earliest(&self.touches, false);
         let at = self.batch_at_or_behind(op.kind(), earliest);
         self.uses.mark(&self.touches, at);
