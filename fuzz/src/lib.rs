@@ -74,6 +74,13 @@ fn show(findings: &[Finding], file: SourceFile) {
     assert!(!shown.contains('\u{1b}'), "no escape of the author's reaches the terminal");
 }
 
+/// An L5X file: reads it, and writes the project that it becomes.
+pub fn l5x(bytes: &[u8]) {
+    if let Ok(project) = rungd_import::l5x::read(&String::from_utf8_lossy(bytes)) {
+        assert!(!rungd_import::write::files(&project).is_empty());
+    }
+}
+
 /// A PLCopen file: reads it, and writes the project that it becomes.
 pub fn plcopen(bytes: &[u8]) {
     if let Ok(project) = rungd_import::plcopen::read(&String::from_utf8_lossy(bytes)) {

@@ -6,6 +6,7 @@ mod counter;
 mod equality;
 mod files;
 mod generator;
+mod hostile;
 mod interpreter;
 mod rung_text;
 mod undeclared;
