@@ -14,3 +14,4 @@ pub mod plcopen;
 pub mod report;
 pub mod rungs;
 pub mod write;
+mod xml_document;

@@ -3,7 +3,7 @@
 //! Used by the readers. The one set of names is that of a rungd program: tags, blocks, records and
 //! uses share it. A changed name is kept in [`GivenNames::renamed`], and belongs into a `doc`.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use crate::model::Renamed;
 use rungd_language::resolve::names::{is_free, is_free_field};
@@ -19,6 +19,8 @@ const BUILT_IN: [&str; 5] = ["Main", "FirstScan", "LastScan", "TopOfScan", "Bott
 #[derive(Clone, Debug, Default)]
 pub struct GivenNames {
     taken: HashSet<String>,
+    /// The next number to try behind a name: equal wishes take equally long, however many there are.
+    next: HashMap<String, usize>,
     /// The names that changed, in order.
     pub renamed: Vec<Renamed>,
 }
@@ -42,10 +44,10 @@ impl GivenNames {
     pub fn fresh(&mut self, wish: &str) -> String {
         let base = legal(wish);
         let mut name = base.clone();
-        let mut number = 2;
+        let number = self.next.entry(base.to_lowercase()).or_insert(2);
         while self.taken.contains(&name.to_lowercase()) {
             name = format!("{base}_{number}");
-            number += 1;
+            *number += 1;
         }
         self.taken.insert(name.to_lowercase());
         name

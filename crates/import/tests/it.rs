@@ -3,5 +3,6 @@
 #![allow(missing_docs, clippy::wildcard_enum_match_arm)]
 
 mod l5x;
+mod large;
 mod plant;
 mod plcopen;

@@ -2,9 +2,10 @@
 //!
 //! Made by [`read`]. Names and texts are as in the file; whether a name exists is decided later.
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::data::{self, Datum};
+use crate::xml_document;
 
 /// A file.
 #[derive(Debug, Default)]
@@ -135,16 +136,15 @@ pub(crate) struct TaskDefinition {
     pub(crate) programs: Vec<String>,
 }
 
-/// Most nodes of a file: a file of 200 MB has some ten million.
-const NODES_MAX: u32 = 20_000_000;
+/// The elements that are parts of ladders.
+const PARTS: [&str; 1] = ["Rung"];
 
 /// Reads a file.
 ///
 /// # Errors
-/// It is no XML, or no export of Logix. A document type is refused, so that entities cannot grow.
+/// It is no XML, or no export of Logix, or has more than any program.
 pub(crate) fn read(text: &str) -> Result<L5xFile, String> {
-    let options = ParsingOptions { nodes_limit: NODES_MAX, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|why| why.to_string())?;
+    let document = xml_document::parsed(text, &PARTS)?;
     let root = document.root_element();
     if !root.has_tag_name("RSLogix5000Content") {
         return Err(format!("no L5X file: its root is `{}`", root.tag_name().name()));

@@ -3,10 +3,11 @@
 //! Made by [`read`]. Names and texts are as in the file; whether a name exists is decided later.
 //! The elements of ladder bodies are read by `elements`.
 
-use roxmltree::{Document, Node, ParsingOptions};
+use roxmltree::Node;
 
 use super::elements::{LadderElement, element};
 use super::xml::{XmlElement, attribute, child, is, is_true, text};
+use crate::xml_document;
 
 /// A file.
 #[derive(Debug, Default)]
@@ -129,8 +130,8 @@ pub(super) struct ProgramInstance {
     pub(super) unit: String,
 }
 
-/// Most nodes of a file.
-const NODES_MAX: u32 = 20_000_000;
+/// The elements that are parts of ladders.
+const PARTS: [&str; 5] = ["contact", "coil", "block", "inVariable", "outVariable"];
 /// Deepest nesting of a type.
 const TYPE_DEPTH_MAX: usize = 8;
 /// Most elements of an initial value.
@@ -139,11 +140,9 @@ const INITIAL_MAX: usize = 4096;
 /// Reads a file.
 ///
 /// # Errors
-/// It is no XML, or no project of PLCopen. A document type is refused, so that entities cannot
-/// grow.
+/// It is no XML, no project of PLCopen, or has more than any program.
 pub(super) fn read(text: &str) -> Result<PlcopenFile, String> {
-    let options = ParsingOptions { nodes_limit: NODES_MAX, ..ParsingOptions::default() };
-    let document = Document::parse_with_options(text, options).map_err(|why| why.to_string())?;
+    let document = xml_document::parsed(text, &PARTS)?;
     let root = document.root_element();
     if root.tag_name().name() != "project" {
         return Err(format!("no PLCopen project: its root is `{}`", root.tag_name().name()));

@@ -1,6 +1,6 @@
 //! The rungs and the outcome of a body whose last pass is made; called by `passes`.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::body::{BodyPlace, Pass, PassNeeds, TranslatedBody};
 use super::elements::ElementBody;
@@ -34,7 +34,7 @@ pub(super) fn finished(
 ) -> TranslatedBody {
     let DoneBody { needs, all, place } = body;
     let mut done = TranslatedBody::default();
-    let mut names: HashSet<String> = HashSet::new();
+    let mut names = RungNames::default();
     let mut seen = HashSet::new();
     memory.scopes[place.scope].tags.extend(pass.tags);
     done.blocks = pass.blocks;
@@ -80,7 +80,7 @@ pub(super) fn finished(
 }
 
 /// A name for the rungs of a network: what it writes first.
-fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut HashSet<String>) -> String {
+fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut RungNames) -> String {
     let bodies = || network.elements.iter().map(|at| &all.graph.elements[*at].body);
     let named = bodies().find_map(|body| {
         if let ElementBody::Coil { variable: name, .. }
@@ -97,11 +97,19 @@ fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut HashSet<Str
         |name: &String| name.len() <= 60 && name.starts_with(|c: char| c.is_ascii_lowercase());
     let base = named.or(block).filter(is_legal).unwrap_or_else(|| "network".to_owned());
     let mut name = base.clone();
-    let mut number = 1;
+    let number = names.next.entry(base.clone()).or_insert(1);
     // The rungs of a network are called `name`, `name-2` …
-    while !names.insert(name.clone()) {
-        number += 1;
+    while !names.taken.insert(name.clone()) {
+        *number += 1;
         name = format!("{base}-n{number}");
     }
     name
+}
+
+/// The names of the rungs of a body.
+#[derive(Debug, Default)]
+struct RungNames {
+    taken: HashSet<String>,
+    /// The last number behind a name.
+    next: HashMap<String, usize>,
 }
