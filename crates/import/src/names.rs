@@ -19,7 +19,7 @@ const BUILT_IN: [&str; 5] = ["Main", "FirstScan", "LastScan", "TopOfScan", "Bott
 #[derive(Clone, Debug, Default)]
 pub struct GivenNames {
     taken: HashSet<String>,
-    /// The next number to try behind a name: equal wishes take equally long, however many there are.
+    /// The next number to try behind a name, so that many equal wishes do not take long.
     next: HashMap<String, usize>,
     /// The names that changed, in order.
     pub renamed: Vec<Renamed>,
