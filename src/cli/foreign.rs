@@ -19,7 +19,11 @@ use rungd_config::load::Loaded;
 /// How much of a file tells whether it is a foreign one, in bytes.
 const HEAD: usize = 256;
 
-/// Whether a file is one of another controller: it begins as XML does, and TOML cannot.
+/// How a CLICK ladder in CSV begins.
+const CLICK: &[u8] = b"marker,A,B,";
+
+/// Whether a file is one of another controller: it begins as XML or a CLICK ladder does, and TOML
+/// cannot.
 pub(super) fn is_foreign(path: &Path) -> bool {
     // A pipe is read once, by what needs its text.
     let is_regular = fs::metadata(path).is_ok_and(|about| about.is_file());
@@ -27,7 +31,8 @@ pub(super) fn is_foreign(path: &Path) -> bool {
     let read = is_regular.then(|| File::open(path).and_then(|mut file| file.read(&mut head)));
     let Some(Ok(length)) = read else { return false };
     let text = head[..length].strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head[..length]);
-    text.trim_ascii_start().starts_with(b"<")
+    let text = text.trim_ascii_start();
+    text.starts_with(b"<") || text.starts_with(CLICK)
 }
 
 /// The program of a foreign file; a rung that is not translated is the finding `imported-todo`.
@@ -92,7 +97,7 @@ mod project {
     use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
     use rungd_import::model::ForeignProject;
     use rungd_import::write::{CONTROLLER, draw_stubs, files};
-    use rungd_import::{l5x, plcopen};
+    use rungd_import::{click, l5x, plcopen};
 
     /// Largest file that is read, in bytes.
     const BYTES_MAX: u64 = 256 * 1024 * 1024;
@@ -125,8 +130,10 @@ mod project {
             l5x::read(&text)
         } else if plcopen::is_plcopen(&text) {
             plcopen::read(&text)
+        } else if click::is_click(&text) {
+            click::read(&text)
         } else {
-            let message = format!("{}: neither an L5X nor a PLCopen XML file", name());
+            let message = format!("{}: no L5X, no PLCopen XML and no CLICK ladder in CSV", name());
             return Err(CommandLine(message).into());
         };
         project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))

@@ -21,14 +21,15 @@ use rungd_import::write::{CONTROLLER, REPORT, files, pinned_names};
 use rungd_lab::testing::{Pin, pinned};
 use rungd_language::source::render::render;
 
-/// Writes a project of another controller's program: Rockwell L5X, PLCopen XML
+/// Writes a project of another controller's program: Rockwell L5X, PLCopen XML, CLICK
 ///
 /// The directory gets a controller file, ladder files and a report, which says what became of every
 /// rung. The exit code is 0 only if nothing is left open; else it is 1, and `rungd check` names
 /// each stub. Several files become projects beside each other, each in a directory with its name.
 #[derive(Args, Debug)]
 pub struct ImportArgs {
-    /// Exports of Studio 5000 (.L5X), projects of OpenPLC, Beremiz or CODESYS (.xml)
+    /// Exports of Studio 5000 (.L5X), projects of OpenPLC, Beremiz or CODESYS (.xml), ladders of a
+    /// CLICK (.csv)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// A directory that is empty or does not exist yet

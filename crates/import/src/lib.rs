@@ -6,6 +6,7 @@
 //! instructions of rungd. [`rungs`] makes rungs of steps, [`mod@write`] the text. Nothing here
 //! reads or writes files, and nothing executes.
 
+pub mod click;
 pub mod condition;
 pub mod l5x;
 pub mod model;

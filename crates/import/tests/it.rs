@@ -2,6 +2,7 @@
 
 #![allow(missing_docs, clippy::wildcard_enum_match_arm)]
 
+mod click;
 mod l5x;
 mod large;
 mod plant;

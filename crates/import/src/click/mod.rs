@@ -1,0 +1,28 @@
+//! CLICK ladders: the CSV form of a ladder, as ClickNick and laddercodec write it.
+//!
+//! [`read`] makes a project of the text of a file. `sheet` has its rungs, `grid` the power at each
+//! row, `operand` the addresses, `calls` what the instructions mean, `project` puts the parts
+//! together. What is exact and what differs stands in `docs/import/click.md`.
+
+mod calls;
+mod grid;
+mod operand;
+mod project;
+mod sheet;
+mod timers;
+
+use crate::model::ForeignProject;
+
+/// Whether a text is a CLICK ladder.
+pub fn is_click(text: &str) -> bool {
+    text.trim_start_matches('\u{feff}').trim_start().starts_with(sheet::BEGIN)
+}
+
+/// The project of a CLICK ladder.
+///
+/// # Errors
+/// The text is no CLICK ladder; the reason has the line.
+pub fn read(text: &str) -> Result<ForeignProject, String> {
+    let rungs = sheet::rungs(text.trim_start_matches('\u{feff}'))?;
+    Ok(project::project(&rungs))
+}
