@@ -15,7 +15,7 @@ const SIZE_MAX: usize = 2000;
 const CONDUCTORS_MAX: usize = 400;
 
 /// The conductors and contacts of a rung.
-pub(super) struct RungGrid<'r> {
+pub(super) struct ClickGrid<'r> {
     rows: &'r [SheetRow],
     joined: Vec<usize>,
     /// The contacts into each conductor.
@@ -44,7 +44,7 @@ fn right(row: usize, column: usize) -> usize {
     left(row, column) + 1
 }
 
-impl<'r> RungGrid<'r> {
+impl<'r> ClickGrid<'r> {
     /// The grid of a rung; `contact` says what a contact means.
     ///
     /// # Errors
@@ -52,9 +52,9 @@ impl<'r> RungGrid<'r> {
     pub(super) fn of(
         rows: &'r [SheetRow],
         mut contact: impl FnMut(&str) -> Result<RungCondition, String>,
-    ) -> Result<RungGrid<'r>, String> {
+    ) -> Result<ClickGrid<'r>, String> {
         let joined = (0..2 * rows.len() * COLUMNS).collect();
-        let mut grid = RungGrid { rows, joined, contacts: HashMap::new(), rail: None };
+        let mut grid = ClickGrid { rows, joined, contacts: HashMap::new(), rail: None };
         grid.join_wires();
         for (row, sheet_row) in rows.iter().enumerate() {
             for (column, cell) in sheet_row.cells.iter().enumerate() {

@@ -2,11 +2,11 @@
 
 use std::collections::HashSet;
 
-use super::calls::{ClickCall, PoweredCall, RungWork};
-use super::grid::{RungGrid, contact_text};
+use super::grid::{ClickGrid, contact_text};
 use super::operand::ClickMemory;
 use super::sheet::SheetRung;
 use super::timers::SCAN_MS;
+use super::work::{ClickCall, PoweredCall, RungWork};
 use crate::model::{
     Fate, ForeignProject, LadderFile, Outcome, PartCount, ProjectBlock, ProjectBlockKind,
     ProjectRung, ProjectTag, RungBody, RungOutcome, RungStep,
@@ -39,7 +39,7 @@ pub(super) fn project(sheet: &[SheetRung]) -> ForeignProject {
     let mut all = vec![clock(&mut memory, &mut ladder.tags)];
     let mut driven = HashSet::new();
     for (number, rung) in sheet.iter().enumerate() {
-        let place = RungPlace { number, is_last: number + 1 == sheet.len() };
+        let place = SheetPlace { number, is_last: number + 1 == sheet.len() };
         let made = steps(rung, place, &mut memory, &mut driven);
         let fate = match &made {
             Ok(_) => Fate::Exact,
@@ -119,7 +119,7 @@ fn clock(memory: &mut ClickMemory, tags: &mut Vec<ProjectTag>) -> ProjectRung {
 
 /// Where a rung stands.
 #[derive(Clone, Copy)]
-struct RungPlace {
+struct SheetPlace {
     number: usize,
     is_last: bool,
 }
@@ -127,11 +127,11 @@ struct RungPlace {
 /// What a rung does.
 fn steps(
     rung: &SheetRung,
-    place: RungPlace,
+    place: SheetPlace,
     memory: &mut ClickMemory,
     driven: &mut HashSet<String>,
 ) -> Result<Vec<RungStep>, String> {
-    let mut grid = RungGrid::of(&rung.rows, |contact| memory.contact(contact))?;
+    let mut grid = ClickGrid::of(&rung.rows, |contact| memory.contact(contact))?;
     let mut calls: Vec<PoweredCall> = Vec::new();
     for (row, sheet_row) in rung.rows.iter().enumerate() {
         let text = sheet_row.call.as_str();

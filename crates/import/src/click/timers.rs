@@ -4,8 +4,8 @@
 //! its current value goes on to 32767. A counter counts in every scan in which its row has power;
 //! programs put an edge contact before it.
 
-use super::calls::{PoweredCall, RungWork};
 use super::operand::{ClickOperand, ClickType};
+use super::work::{PoweredCall, RungWork};
 use crate::condition::RungCondition;
 
 /// The tag with the time since the last scan, in ms.
