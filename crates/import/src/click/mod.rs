@@ -1,8 +1,8 @@
 //! CLICK ladders: the CSV form of a ladder, as ClickNick and laddercodec write it.
 //!
 //! [`read`] makes a project of the text of a file. `sheet` has its rungs, `grid` the power at each
-//! row, `operand` the addresses, `calls` and `timers` what the instructions mean, `project` puts the
-//! parts together. What is exact and what differs stands in `docs/import/click.md`.
+//! row, `operand` the addresses, `calls` and `timers` what the instructions mean; `project` puts
+//! the parts together. What is exact and what differs stands in `docs/import/click.md`.
 
 mod calls;
 mod dispatch;
