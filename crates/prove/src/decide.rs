@@ -20,7 +20,7 @@ use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, Race};
 use crate::stretched::stretched;
 use crate::trial::Trial;
-use rungd_lab::testing::{Condition, ProofEvent, TriedRun};
+use rungd_lab::testing::{Condition, TriedRun};
 use rungd_language::source::wording::counted;
 
 /// The limits of the answer about a line.
@@ -92,7 +92,7 @@ fn answered(
         is_from_retained: proof.from_retained,
         events: questions.events_told(),
     };
-    match unknown_setting(questions) {
+    match questions.unknown.clone() {
         Some(cause) => answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause },
         None => {
             let (states, depth) = (proof.states, proof.depth);
@@ -111,15 +111,6 @@ pub fn can_begin(questions: &Questions, limits: &DecideLimits) -> bool {
     let gates = encode(&questions.model).reduced(&[]);
     let system = ScanSystem::of(&gates, Literal::FALSE);
     has_first_scan(&system, &Patience::new(limits.time, &limits.given_up))
-}
-
-/// What `[prove]` asks for, and no way can do yet.
-fn unknown_setting(questions: &Questions) -> Option<String> {
-    if questions.unknown.is_some() {
-        return questions.unknown.clone();
-    }
-    let loses = questions.suite.proof.events.contains(&ProofEvent::DeviceLoss);
-    loses.then(|| "`events`: `device-loss` is not proved yet".to_owned())
 }
 
 /// The questions, with the limits of each.

@@ -4,6 +4,7 @@
 //! may change in a proof, and how a test sets them, is said there.
 
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace, status};
+use rungd_engine::{Cell, Layout};
 use rungd_lab::testing::Suite;
 use rungd_language::resolve::program::Program;
 
@@ -35,6 +36,29 @@ pub(crate) fn is_input(address: &Address) -> bool {
 pub(crate) fn is_given(address: &Address) -> bool {
     let Address::Word(Word::Space(WordSpace::Dst, n)) = address else { return is_input(address) };
     status::dst::is_given(*n)
+}
+
+/// Whether an address is a time of scans.
+pub(crate) fn is_scan_time(address: &Address) -> bool {
+    matches!(address, Address::Word(Word::Space(WordSpace::Dst, n)) if status::dst::is_of_scans(*n))
+}
+
+/// The addresses that a program and the conditions of a test file name. `layout`: the cells of the
+/// conditions.
+pub(crate) fn named(
+    suite: &Suite,
+    program: &Program,
+    layout: &Layout,
+) -> impl Iterator<Item = Address> {
+    let proof = &suite.proof;
+    let of_conditions = suite.always[0].iter().chain(&proof.assume).chain(&proof.can);
+    let of_conditions = of_conditions
+        .flat_map(|condition| condition.operands.iter().map(|(_, cell)| *cell))
+        .filter_map(|cell| match cell {
+            Cell::WordBit(bit) => layout.address(Cell::Word(bit.word)),
+            Cell::Bit(_) | Cell::Word(_) => layout.address(cell),
+        });
+    addresses(program).chain(of_conditions)
 }
 
 /// What field devices bring.

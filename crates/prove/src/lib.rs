@@ -20,6 +20,7 @@ pub mod events;
 pub mod explore;
 pub mod gates;
 mod gates_merged;
+mod given_inputs;
 pub mod how;
 mod inputs;
 pub mod kept;

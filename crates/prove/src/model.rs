@@ -136,7 +136,10 @@ impl ProofModel {
     /// The value of an input before the first scan.
     pub(crate) fn before_start(&self, input: &FreeInput) -> i32 {
         match &self.start {
-            ProofStart::Cold(_) => 0,
+            ProofStart::Cold(restored) => {
+                let set = restored.iter().find(|(cell, _)| *cell == input.cell);
+                set.map_or(0, |(_, value)| *value)
+            }
             ProofStart::Given(state) => state.value(input.cell),
         }
     }

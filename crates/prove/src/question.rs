@@ -11,7 +11,8 @@ use crate::asked_events::EventQuestion;
 use crate::cone::Cone;
 use crate::encode::written_limits;
 use crate::gates::GateCut;
-use crate::inputs::{addresses, brought, is_input, range, x_number};
+use crate::given_inputs::{LostDevice, lost_devices, scan_times};
+use crate::inputs::{brought, is_input, named, range, x_number};
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use crate::retained::{RetainedStart, retained};
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
@@ -70,8 +71,12 @@ pub enum InputSetting {
     Force(TestOperand),
     /// By `set` of the scenario, before the first scan.
     Start(TestOperand),
-    /// Not at all: it stands for what `any` of `[prove]` names.
-    Any,
+    /// By `lose` and `restore`: whether the device is there.
+    Device(DeviceId),
+    /// Not at all: another input decides it.
+    Follows,
+    /// Not at all: it has any value, for this reason.
+    Any(&'static str),
 }
 
 /// A line of `always`.
@@ -133,13 +138,19 @@ impl Questions {
         (self.model.inputs, self.inputs) = kept.unzip();
     }
 
-    /// What `any` of `[prove]` names, and a cone depends on.
+    /// What has any value in a cone and cannot be set in a test.
     pub(crate) fn named_cuts(&self, cone: &Cone) -> Vec<String> {
-        let of_cone = (0..).zip(&self.inputs).filter(|(at, named)| {
-            matches!(named.setting, InputSetting::Any) && cone.has_input(*at)
-        });
-        let mut all: Vec<String> =
-            of_cone.map(|(_, named)| format!("{}: by `any`", named.name)).collect();
+        let of_cone = (0..).zip(&self.inputs).filter(|(at, _)| cone.has_input(*at));
+        let mut all: Vec<String> = of_cone
+            .filter_map(|(_, named)| match named.setting {
+                InputSetting::Any(cause) => Some(format!("{}: {cause}", named.name)),
+                InputSetting::Set(_)
+                | InputSetting::Force(_)
+                | InputSetting::Start(_)
+                | InputSetting::Device(_)
+                | InputSetting::Follows => None,
+            })
+            .collect();
         all.sort_unstable();
         all.dedup();
         all
@@ -183,19 +194,25 @@ impl ModelledProgram<'_> {
         let ModelledProgram { program, judges } = self;
         let first = &suite.programs[0];
         let seen = first.view.as_ref().map(|view| view.observed());
-        let before: Vec<Contact> =
-            suite.proof.assume.iter().map(|condition| condition.contact.clone()).collect();
         let was = seen.map_or(&[][..], |observed| &observed.was);
         let mut remembered: Vec<(Address, Address)> =
             was.iter().map(|Remembered { place, kept, .. }| (*place, *kept)).collect();
         remembered.extend(judges.remembered);
+        let own = &lowered.symbols.layout;
+        let layout = first.view.as_ref().map_or(own, |view| &view.symbols.layout);
+        let places = remembered.iter().map(|(place, _)| *place);
+        let read: HashSet<Address> = named(suite, program, layout).chain(places).collect();
+        let lost = lost_devices(suite, program, &read);
+        let assumed = suite.proof.assume.iter().map(|condition| condition.contact.clone());
+        let before: Vec<Contact> =
+            assumed.chain(lost.iter().filter_map(LostDevice::constraint)).collect();
         let judges = Judges { before: &before, remembered: &remembered, ..*judges };
         let judged = lower_judged(program, judges);
         let cells = judged.code.layout.clone();
-        let own = &lowered.symbols.layout;
-        let layout = first.view.as_ref().map_or(own, |view| &view.symbols.layout);
         let free = FreeOperands { suite, program, own, layout, cells: &cells };
         let mut all = free.all();
+        all.extend(scan_times(program, &read, &cells));
+        all.extend(lost.iter().flat_map(|device| device.inputs(&cells)));
         let places: Vec<Address> = remembered.iter().map(|(place, _)| *place).collect();
         let RetainedStart { free: at_start, unknown } =
             retained(suite, lowered, &judged.code, &places);
@@ -324,7 +341,7 @@ impl FreeOperands<'_> {
                 let name = names[at].clone();
                 all.push((
                     input,
-                    NamedInput { name, setting: InputSetting::Any, is_written: false },
+                    NamedInput { name, setting: InputSetting::Any("by `any`"), is_written: false },
                 ));
             }
         }
@@ -333,12 +350,7 @@ impl FreeOperands<'_> {
 
     /// Every input that the program names: its X, what devices bring, and the time of day.
     fn inputs(&self) -> Vec<FreeOperand> {
-        let proof = &self.suite.proof;
-        let of_conditions = self.suite.always[0].iter().chain(&proof.assume).chain(&proof.can);
-        let of_conditions = of_conditions.flat_map(|condition| {
-            condition.operands.iter().filter_map(|(_, cell)| self.layout.address(*cell))
-        });
-        let named = addresses(self.program).chain(of_conditions).filter(is_input);
+        let named = named(self.suite, self.program, self.layout).filter(is_input);
         named.chain(brought(self.suite)).filter_map(|address| self.free(address)).collect()
     }
 

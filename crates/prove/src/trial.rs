@@ -69,7 +69,9 @@ impl Trial<'_> {
             InputSetting::Start(_)
             | InputSetting::Set(_)
             | InputSetting::Force(_)
-            | InputSetting::Any => None,
+            | InputSetting::Device(_)
+            | InputSetting::Follows
+            | InputSetting::Any(_) => None,
         });
         set.collect()
     }
@@ -204,8 +206,8 @@ impl NamedInput {
     fn keeps_its_level(&self) -> bool {
         match &self.setting {
             InputSetting::Set(operand) => operand.input.is_some(),
-            InputSetting::Force(_) => true,
-            InputSetting::Start(_) | InputSetting::Any => false,
+            InputSetting::Force(_) | InputSetting::Device(_) => true,
+            InputSetting::Start(_) | InputSetting::Follows | InputSetting::Any(_) => false,
         }
     }
 
@@ -214,7 +216,9 @@ impl NamedInput {
         match &self.setting {
             InputSetting::Set(operand) => Some(TestStep::Set(operand.clone(), value)),
             InputSetting::Force(operand) => Some(TestStep::Force(operand.clone(), value)),
-            InputSetting::Start(_) | InputSetting::Any => None,
+            InputSetting::Device(device) if value == 0 => Some(TestStep::Lose(*device)),
+            InputSetting::Device(device) => Some(TestStep::Restore(*device)),
+            InputSetting::Start(_) | InputSetting::Follows | InputSetting::Any(_) => None,
         }
     }
 }

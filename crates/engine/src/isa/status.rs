@@ -82,7 +82,12 @@ pub mod dst {
     /// Whether a word is given from outside of the controller's program: the date and time of day,
     /// and the times of scans. The seconds without power are those of the start.
     pub fn is_given(number: u32) -> bool {
-        is_of_clock(number) || matches!(number, SCAN_TIME_US..=LAST_SCAN_TIME_US)
+        is_of_clock(number) || is_of_scans(number)
+    }
+
+    /// Whether a word is a time of scans.
+    pub fn is_of_scans(number: u32) -> bool {
+        matches!(number, SCAN_TIME_US..=LAST_SCAN_TIME_US)
     }
 
     /// The smallest and the largest value of a word of the date or time of day; `None`: any.

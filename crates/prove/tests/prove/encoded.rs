@@ -19,7 +19,7 @@ use rungd_language::resolve::program::Program;
 use rungd_prove::deduce::Patience;
 use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
 use rungd_prove::events::{ModelEvents, RetainedCell, ScanEvent};
-use rungd_prove::gates::content;
+use rungd_prove::gates::{Held, content};
 use rungd_prove::model::{FreeInput, ProofModel, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
 use rungd_test_support::case::{self, Expects, all as semantic_cases};
@@ -168,10 +168,20 @@ struct EncodedCells {
 
 impl EncodedCells {
     fn of(encoding: &Encoding) -> EncodedCells {
-        EncodedCells {
+        let mut cells = EncodedCells {
             bits: encoding.bits.iter().map(|(cell, _)| *cell).collect(),
             words: encoding.words.iter().map(|(cell, _)| *cell).collect(),
+        };
+        // What an event behind the scan alone writes is in latches.
+        for latch in &encoding.gates.latches {
+            if let Held::Bit(bit) = latch.holds {
+                cells.bits.insert(bit);
+            }
+            if let Held::WordBit(word, _) | Held::TimerScans(word, _) = latch.holds {
+                cells.words.insert(word);
+            }
         }
+        cells
     }
 }
 

@@ -11,10 +11,17 @@ use std::time::Duration;
 
 /// The answers about the lines of a test file over a ladder, `always` before `can`.
 pub fn answers(ladder: &str, test: &str) -> Vec<Answer> {
+    answers_of(&[("ladder.toml", ladder)], &format!("ladder = [\"ladder.toml\"]\n{test}"))
+}
+
+/// The same about a test file beside other files, each with its name.
+pub fn answers_of(files: &[(&str, &str)], test: &str) -> Vec<Answer> {
     let folder = TestFolder::new("prove-environment");
     let path = folder.path().join("a.test.toml");
-    fs::write(folder.path().join("ladder.toml"), ladder).expect("a ladder");
-    fs::write(&path, format!("ladder = [\"ladder.toml\"]\n{test}")).expect("a test file");
+    for (name, text) in files {
+        fs::write(folder.path().join(name), text).expect("a file");
+    }
+    fs::write(&path, test).expect("a test file");
     let read = read_suite(&path).expect("a file");
     let found: Vec<&String> = read.findings.iter().map(|finding| &finding.message).collect();
     let questions = Questions::new(read.suite.unwrap_or_else(|| panic!("{found:?}")));
@@ -103,6 +110,29 @@ rung = [
   { when = ["!C0"], do = ["TMR T3 preset=1s"] },
 ]
 "#;
+
+#[test]
+fn a_time_of_scans_has_any_value() {
+    let ladder = r#"
+[tags]
+slow = { at = "Y0" }
+fast = { at = "Y1" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$MaxScanTime > 500"], do = ["OUT slow"] },
+  { when = ["$MaxScanTime < -1"], do = ["OUT fast"] },
+]
+"#;
+    let found = answers(ladder, "always = [\"!slow\", \"!fast\"]\n");
+    let AnswerVerdict::NotDecided { cause, .. } = &found[0].verdict else { panic!("{found:?}") };
+    assert!(cause.ends_with("of $MaxScanTime: a time of scans"), "{cause}");
+    let cuts = ["$MaxScanTime: a time of scans".to_owned()];
+    assert_eq!((found[1].word(), found[1].cuts.as_slice()), ("proved", &cuts[..]));
+    // Also if other inputs are listed.
+    let listed = "always = [\"!slow\"]\n[prove]\ninputs = [\"X0\"]\n";
+    assert_eq!(words(ladder, listed), ["not decided"]);
+}
 
 #[test]
 fn a_scan_that_comes_late_is_seen_by_timers_and_tasks() {

@@ -6,6 +6,7 @@ mod aiger_file;
 mod alike;
 mod bench;
 mod cone;
+mod device_loss;
 mod drawn;
 mod encoded;
 mod environment;
