@@ -13,7 +13,7 @@ use crate::decide::DecideLimits;
 use crate::events::ModelEvents;
 use crate::inputs::{addresses, brought, is_given, of_arrays, range, x_number};
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
-use crate::question::{InputSetting, NamedInput};
+use crate::named_input::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion};
 use crate::trial::steps;
 use rungd_engine::isa::{

@@ -4,14 +4,14 @@
 //! `question` calls it. A proof has no times of scans, so each that is read has any value. A device
 //! that may be lost is there or not in each scan, as its bits show it. Without its settings, as a
 //! ladder alone has it, `.Stale` is ON exactly while it is lost; else only with `.Ok` OFF, because
-//! `loss-after` passes first. The inputs of a device are free in a proof also while it is lost: some
-//! of them may still be read then.
+//! `loss-after` passes first. The inputs of a device are free in a proof also while it is lost:
+//! some of them may still be read then.
 
 use std::collections::HashSet;
 
 use crate::inputs::is_scan_time;
 use crate::model::FreeInput;
-use crate::question::{InputSetting, NamedInput};
+use crate::named_input::{InputSetting, NamedInput};
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
 use rungd_engine::{Cell, Layout};
 use rungd_lab::testing::{ProofEvent, Suite};

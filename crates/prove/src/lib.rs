@@ -26,6 +26,7 @@ mod inputs;
 pub mod kept;
 pub mod mistake;
 pub mod model;
+mod named_input;
 pub mod question;
 pub mod race;
 mod retained;

@@ -14,6 +14,7 @@ use crate::gates::GateCut;
 use crate::given_inputs::{LostDevice, lost_devices, scan_times};
 use crate::inputs::{brought, is_input, named, range, x_number};
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
+use crate::named_input::{InputSetting, NamedInput};
 use crate::retained::{RetainedStart, retained};
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
 use rungd_engine::{Cell, Engine, EngineProgram, Layout};
@@ -49,34 +50,6 @@ pub struct CanLine {
     pub text: String,
     /// What some inputs lead to.
     pub target: Target,
-}
-
-/// An input with its name.
-#[derive(Clone, Debug)]
-pub struct NamedInput {
-    /// Its name for people.
-    pub name: String,
-    /// How a test sets it.
-    pub setting: InputSetting,
-    /// Whether an operator writes it: the ladder may write it, too.
-    pub is_written: bool,
-}
-
-/// How a test sets an input.
-#[derive(Clone, Debug)]
-pub enum InputSetting {
-    /// By `set`.
-    Set(TestOperand),
-    /// By `force`, because a device of the test moves it in every scan.
-    Force(TestOperand),
-    /// By `set` of the scenario, before the first scan.
-    Start(TestOperand),
-    /// By `lose` and `restore`: whether the device is there.
-    Device(DeviceId),
-    /// Not at all: another input decides it.
-    Follows,
-    /// Not at all: it has any value, for this reason.
-    Any(&'static str),
 }
 
 /// A line of `always`.

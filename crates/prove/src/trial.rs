@@ -4,7 +4,8 @@
 
 use crate::events::ScanEvent;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
-use crate::question::{InputSetting, NamedInput, Questions};
+use crate::named_input::{InputSetting, NamedInput};
+use crate::question::Questions;
 use rungd_lab::rig::PowerOff;
 use rungd_lab::testing::{
     Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_run, try_violation,

@@ -16,7 +16,7 @@ use super::facts::{Fact, FactKind, Possibility};
 use crate::cone::cone;
 use crate::decide::DecideLimits;
 use crate::model::{Path, ProofModel, Run, Target};
-use crate::question::NamedInput;
+use crate::named_input::NamedInput;
 use crate::race::{Decision, Effort, Race};
 use crate::trial::steps;
 
