@@ -5,5 +5,6 @@
 mod click;
 mod l5x;
 mod large;
+mod numbers;
 mod plant;
 mod plcopen;

@@ -6,6 +6,7 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 
 use super::document::VariableUse;
+use super::elements::Connection;
 use super::graph::{BlockOutput, LadderGraph};
 use super::memory::{LocatedPlace, PlcopenMemory};
 use super::types::{IecType, VariableKind};
@@ -13,6 +14,9 @@ use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::{
     Action, ActionForm, ProjectBlock, ProjectRung, ProjectTag, RungOutcome, RungStep, Term,
 };
+
+/// Most elements in series that are followed.
+pub(super) const DEPTH_MAX: usize = 250;
 
 /// What the translation of bodies knows of a function block of the file.
 #[derive(Clone, Debug)]
@@ -190,7 +194,27 @@ pub(super) struct NetworkTurn {
     pub(super) steps: Vec<RungStep>,
 }
 
-impl LadderBody<'_, '_> {
+impl<'g> LadderBody<'_, 'g> {
+    /// What the lines into the connector of a continuation give.
+    ///
+    /// # Errors
+    /// There is no such connector, or the connectors make a loop.
+    pub(super) fn continued<T>(
+        &mut self,
+        name: &str,
+        follow: impl FnOnce(&mut Self, &'g [Connection]) -> Result<T, String>,
+    ) -> Result<T, String> {
+        let lines = self.graph.continued(name);
+        let lines = lines.ok_or_else(|| format!("no connector `{name}`"))?;
+        self.depth += 1;
+        if self.depth > DEPTH_MAX {
+            return Err("a loop of connectors".to_owned());
+        }
+        let found = follow(self, lines);
+        self.depth = self.depth.saturating_sub(1);
+        found
+    }
+
     /// One pass over what acts.
     pub(super) fn pass(
         mut self,

@@ -5,7 +5,7 @@ use super::body::{BlockValue, LATER, LadderBody};
 use super::calculations::{calculated, compared, literal_or_place};
 use super::elements::{BlockElement, BlockPin, Connection, ElementBody, Modifier};
 use super::formula::{FormulaType, IecFormula, are_mixed, common};
-use super::graph::{BlockOutput, inputs};
+use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::memory::LocatedPlace;
 use super::types::IecType;
@@ -245,18 +245,7 @@ impl LadderBody<'_, '_> {
                 }
             }
             ElementBody::Continuation { name } => {
-                let connector = graph.connector(name);
-                let lines: Vec<Connection> = connector
-                    .map(|at| inputs(&graph.elements[at]))
-                    .unwrap_or_default()
-                    .into_iter()
-                    .cloned()
-                    .collect();
-                self.depth += 1;
-                match self.depth > 250 {
-                    true => Err("a loop of connectors".to_owned()),
-                    false => self.is_power(&lines),
-                }
+                self.continued(name, |body, lines| body.is_power(lines))
             }
             ElementBody::LeftRail
             | ElementBody::RightRail

@@ -76,6 +76,12 @@ impl<'e> LadderGraph<'e> {
         self.connectors.get(name).copied()
     }
 
+    /// The lines into the connector of a continuation; `None` without such a connector.
+    pub(super) fn continued(&self, name: &str) -> Option<&'e [Connection]> {
+        let body = &self.elements[self.connector(name)?].body;
+        if let ElementBody::Connector { input, .. } = body { Some(input) } else { None }
+    }
+
     /// The elements that an output goes to.
     pub(super) fn consumers(&self, output: BlockOutput) -> &[usize] {
         self.consumers.get(&(output.element, output.pin)).map_or(&[], Vec::as_slice)

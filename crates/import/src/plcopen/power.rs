@@ -4,16 +4,14 @@
 //! contacts before parallel branches, or, where that is not possible, in a bit of its own; so the
 //! size of the rungs grows with the size of the graph only.
 
-use super::body::{BlockValue, EdgeUse, ElementCalls, LadderBody, TimedEdge};
+use super::body::{BlockValue, DEPTH_MAX, EdgeUse, ElementCalls, LadderBody, TimedEdge};
 use super::elements::{Connection, ElementBody, Modifier, SensedEdge};
-use super::graph::{BlockOutput, inputs};
+use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::memory::LocatedPlace;
 use super::types::IecType;
 use crate::condition::{RungCondition, TouchedPlace};
 
-/// Most elements in series.
-const DEPTH_MAX: usize = 250;
 /// Most contacts that are written several times.
 const SHARED_MAX: usize = 2;
 /// Most contacts of a condition within `rise(…)`, or as an argument.
@@ -35,8 +33,7 @@ impl LadderBody<'_, '_> {
             }
             match &graph.elements[at].body {
                 ElementBody::Continuation { name } => {
-                    let connector = graph.connector(name).map(|at| inputs(&graph.elements[at]));
-                    waiting.extend(connector.unwrap_or_default());
+                    waiting.extend(graph.continued(name).unwrap_or_default());
                 }
                 ElementBody::Contact { input, .. } | ElementBody::Coil { input, .. } => {
                     waiting.extend(input);
@@ -111,11 +108,7 @@ impl LadderBody<'_, '_> {
             ElementBody::InOutVariable { expression, .. } => self.bit_of(expression),
             ElementBody::Block(_) => self.output_power(at, connection),
             ElementBody::Continuation { name } => {
-                let connector = graph.connector(name);
-                let at = connector.ok_or_else(|| format!("no connector `{name}`"))?;
-                let lines: Vec<Connection> =
-                    inputs(&graph.elements[at]).into_iter().cloned().collect();
-                self.power(&lines)
+                self.continued(name, |body, lines| body.power(lines))
             }
             ElementBody::Other { name, .. } => Err(format!("the element `{name}`")),
             ElementBody::RightRail

@@ -2,18 +2,15 @@
 
 use std::collections::HashSet;
 
-use super::body::{ElementCalls, LadderBody};
+use super::body::{DEPTH_MAX, ElementCalls, LadderBody};
 use super::elements::{CoilStorage, Connection, ElementBody, Modifier, SensedEdge};
 use super::formula::{FormulaType, IecFormula};
-use super::graph::{BlockOutput, inputs};
+use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::memory::LocatedPlace;
 use super::power::{modified, weight};
 use super::types::IecType;
 use crate::condition::RungCondition;
-
-/// Longest chain of blocks and contacts that is followed.
-const DEPTH_MAX: usize = 250;
 
 /// How a bit is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,11 +186,8 @@ impl LadderBody<'_, '_> {
                     self.call(at)?;
                 }
                 ElementBody::Continuation { name } => {
-                    let connector = graph.connector(name).filter(|at| seen.insert(*at));
-                    let lines = connector.map(|at| inputs(&graph.elements[at]));
-                    let lines: Vec<Connection> =
-                        lines.unwrap_or_default().into_iter().cloned().collect();
-                    self.follow_lines(&lines, ordered, seen)?;
+                    let lines = graph.continued(name).unwrap_or_default();
+                    self.follow_lines(lines, ordered, seen)?;
                 }
                 ElementBody::LeftRail
                 | ElementBody::RightRail
@@ -254,14 +248,7 @@ impl LadderBody<'_, '_> {
                 Ok(formula_of(&located))
             }
             ElementBody::Continuation { name } => {
-                let at = graph.connector(name).ok_or_else(|| format!("no connector `{name}`"))?;
-                let lines: Vec<Connection> =
-                    inputs(&graph.elements[at]).into_iter().cloned().collect();
-                self.depth += 1;
-                match self.depth > DEPTH_MAX {
-                    true => Err("a loop of connectors".to_owned()),
-                    false => self.number(&lines),
-                }
+                self.continued(name, |body, lines| body.number(lines))
             }
             ElementBody::LeftRail
             | ElementBody::RightRail

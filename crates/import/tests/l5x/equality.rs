@@ -11,9 +11,10 @@ use rungd_import::model::Fate;
 use rungd_test_support::setting::setting;
 
 use super::file;
-use super::generator::{BITS, Routines, WORDS, below, routines};
+use super::generator::{BITS, Routines, WORDS, routines};
 use super::interpreter::Machine;
 use super::values::{Value, Width, width};
+use crate::numbers::below;
 use crate::plant;
 
 /// A place in both memories.

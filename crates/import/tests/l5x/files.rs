@@ -13,7 +13,8 @@ use rungd_import::model::Fate;
 use rungd_test_support::setting::setting;
 
 use super::file;
-use super::generator::{below, routines};
+use super::generator::routines;
+use crate::numbers::below;
 use crate::plant;
 
 #[test]

@@ -2,6 +2,8 @@
 
 use rungd_base::random::SplitMix64;
 
+use crate::numbers::below;
+
 /// Random routines, and the tags that they name.
 pub struct Routines {
     pub tags: Vec<String>,
@@ -46,11 +48,6 @@ pub fn routines(random: &mut SplitMix64) -> Routines {
     sub.push(format!("{};", generator.rung(false)));
     let tags = generator.tags();
     Routines { tags, main, sub, shifted }
-}
-
-/// A number below a limit.
-pub fn below(random: &mut SplitMix64, limit: u64) -> u64 {
-    random.next() % limit
 }
 
 struct Generator<'r> {

@@ -6,7 +6,8 @@ use rungd_import::model::{Fate, ForeignProject};
 use rungd_test_support::setting::setting;
 
 use super::file;
-use super::generator::{below, routines};
+use super::generator::routines;
+use crate::numbers::below;
 use crate::plant;
 
 /// What damages a file: signs of XML and of rungs, and letters of several bytes.

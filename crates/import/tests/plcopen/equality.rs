@@ -11,9 +11,10 @@ use rungd_import::plcopen;
 use rungd_test_support::setting::setting;
 
 use super::counter::is_complete;
-use super::generator::{RandomProject, below, project};
+use super::generator::{RandomProject, project};
 use super::interpreter::Machine;
 use super::values::Value;
+use crate::numbers::below;
 use crate::plant;
 
 /// Changes of variables before a scan.

@@ -2,10 +2,7 @@
 
 use rungd_base::random::SplitMix64;
 
-/// A number below a limit.
-pub fn below(random: &mut SplitMix64, limit: u64) -> u64 {
-    random.next() % limit
-}
+use crate::numbers::below;
 
 /// A random project.
 pub struct RandomProject {

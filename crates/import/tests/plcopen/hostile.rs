@@ -6,7 +6,8 @@ use rungd_import::plcopen;
 use rungd_test_support::setting::setting;
 
 use super::file;
-use super::generator::{below, project};
+use super::generator::project;
+use crate::numbers::below;
 use crate::plant;
 
 /// What damages a file: signs of XML and of the language, and letters of several bytes.
