@@ -33,6 +33,9 @@ const LINES_MAX: usize = 4;
 /// anybody acknowledged them. `rungd ack` acknowledges alarms.
 #[derive(Args, Debug)]
 pub struct AlarmsArgs {
+    /// Only the alarms of this group
+    #[arg(long, value_name = "GROUP")]
+    group: Option<String>,
     #[command(flatten)]
     at: OperatorArgs,
 }
@@ -42,10 +45,13 @@ pub struct AlarmsArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
-    let list: AlarmList = match args.at.ask(&Request::Alarms {}) {
+    let mut list: AlarmList = match args.at.ask(&Request::Alarms {}) {
         Ok(list) => list,
         Err(exit) => return Ok(exit),
     };
+    if args.group.is_some() {
+        list.alarms.retain(|alarm| alarm.group == args.group);
+    }
     let mut untold = None;
     args.at.print(&list, || {
         let reasons = reasons(args, &list).unwrap_or_else(|why| {
@@ -99,7 +105,8 @@ pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
     };
     let often = if alarm.day == 1 { "time" } else { "times" };
     let priority = alarm.priority.name();
-    format!("{priority}, {acknowledged}, {when}; {} {often} in the last day", alarm.day)
+    let group = alarm.group.iter().map(|group| format!("{group}, ")).collect::<String>();
+    format!("{priority}, {group}{acknowledged}, {when}; {} {often} in the last day", alarm.day)
 }
 
 /// The explanations of the first active alarms, a few lines each; none for a watch, which has its

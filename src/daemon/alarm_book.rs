@@ -13,7 +13,8 @@ use rungd_client::operator::protocol::{AckedAlarm, AlarmAck, AlarmState, AlarmSt
 use rungd_config::controller::watch::WatchSettings;
 use rungd_engine::Cell;
 use rungd_language::lower;
-use rungd_language::resolve::priority::Priority;
+use rungd_language::resolve::alarm_terms::AlarmTerms;
+use rungd_runtime::AlarmDelay;
 use rungd_runtime::exchange::Snapshot;
 
 /// Rises are counted per period of ten minutes.
@@ -43,7 +44,7 @@ pub(super) struct KnownAlarm {
     /// The name of its tag or watch.
     pub tag: String,
     pub text: String,
-    pub priority: Priority,
+    pub terms: AlarmTerms,
     pub of: AlarmSource,
 }
 
@@ -63,13 +64,13 @@ impl KnownAlarm {
         let bits = alarms.iter().map(|alarm| KnownAlarm {
             tag: alarm.tag.clone(),
             text: alarm.text.clone(),
-            priority: alarm.priority,
+            terms: alarm.terms.clone(),
             of: AlarmSource::Bit(alarm.bit),
         });
         let watches = watches.all.iter().map(|watch| KnownAlarm {
             tag: watch.name.clone(),
             text: watch.text.clone(),
-            priority: watch.priority,
+            terms: AlarmTerms { priority: watch.priority, ..AlarmTerms::default() },
             of: AlarmSource::Watch(watch.always.clone()),
         });
         bits.chain(watches).collect()
@@ -83,6 +84,17 @@ impl KnownAlarm {
     /// Its bit; a watch has none.
     pub fn bit(&self) -> Option<Cell> {
         if let AlarmSource::Bit(bit) = self.of { Some(bit) } else { None }
+    }
+
+    /// Whether it follows a change of its bit to this state later than at once.
+    fn waits(&self, on: bool) -> bool {
+        let ms = if on { self.terms.delay_ms } else { self.terms.off_delay_ms };
+        ms > 0
+    }
+
+    /// Its delays.
+    pub fn delay(&self) -> AlarmDelay {
+        AlarmDelay::of_ms(self.terms.delay_ms, self.terms.off_delay_ms)
     }
 
     /// The line that is watched.
@@ -156,7 +168,8 @@ impl BookedAlarm {
         AlarmStatus {
             tag: self.known.tag.clone(),
             text: self.known.text.clone(),
-            priority: self.known.priority,
+            priority: self.known.terms.priority,
+            group: self.known.terms.group.clone(),
             state: self.state,
             since: self.rise.map(|rise| rise.at.shown()),
             ended: self.ended.map(BookTime::shown),
@@ -182,20 +195,20 @@ pub(super) struct AlarmBook {
     episode: u64,
     /// The alarms that rose in this episode.
     risen: u32,
-    /// The scan in which the last standing alarm went away.
-    quiet_scan: Option<u64>,
+    /// When the last standing alarm went away (CLOCK_MONOTONIC).
+    quiet_ns: Option<u64>,
 }
 
 impl AlarmBook {
     /// An empty book of the first program's alarms.
     pub fn new(alarms: &[KnownAlarm]) -> AlarmBook {
         let alarms = alarms.iter().cloned().map(BookedAlarm::new).collect();
-        AlarmBook { generation: 0, alarms, standing: 0, episode: 0, risen: 0, quiet_scan: None }
+        AlarmBook { generation: 0, alarms, standing: 0, episode: 0, risen: 0, quiet_ns: None }
     }
 
     /// Enters that an alarm went ON or OFF. A state that the book has already changes nothing.
     pub fn edge(&mut self, number: usize, on: bool, at: BookTime) {
-        let AlarmBook { alarms, standing, episode, risen, quiet_scan, .. } = self;
+        let AlarmBook { alarms, standing, episode, risen, quiet_ns, .. } = self;
         let Some(alarm) = alarms.get_mut(number) else { return };
         if alarm.state.is_active() == on {
             return;
@@ -208,12 +221,12 @@ impl AlarmBook {
             };
             alarm.ended = Some(at);
             *standing -= 1;
-            *quiet_scan = Some(at.scan);
+            *quiet_ns = Some(at.at_ns);
             return;
         }
         // The order of two changes in one scan is unknown. So an alarm that rises in the scan in
         // which the last standing alarm goes away belongs to the same episode.
-        if *standing == 0 && *quiet_scan != Some(at.scan) {
+        if *standing == 0 && *quiet_ns != Some(at.at_ns) {
             *episode += 1;
             *risen = 0;
         }
@@ -248,10 +261,11 @@ impl AlarmBook {
 
     /// Whether the book has the same alarms ON as an image.
     pub fn agrees(&self, image: &Snapshot) -> bool {
-        // What is watched is told later, by the recording's thread.
+        // What is watched is told later, by the recording's thread, and what waits for its delay
+        // by the log.
         let agrees = |alarm: &BookedAlarm| {
             let on = alarm.known.bit().map(|bit| image.value(bit) != 0);
-            on.is_none_or(|on| on == alarm.state.is_active())
+            on.is_none_or(|on| on == alarm.state.is_active() || alarm.known.waits(on))
         };
         self.generation == image.generation && self.alarms.iter().all(agrees)
     }
@@ -264,7 +278,9 @@ impl AlarmBook {
         }
         let at = BookTime { scan: image.scans, at_ns: image.now_ns, unix_ns };
         for number in 0..self.alarms.len() {
-            let Some(bit) = self.alarms[number].known.bit() else { continue };
+            let known = &self.alarms[number].known;
+            // An alarm with a delay comes from the log, which corrects itself.
+            let Some(bit) = known.bit().filter(|_| !known.terms.is_delayed()) else { continue };
             self.edge(number, image.value(bit) != 0, at);
         }
         true

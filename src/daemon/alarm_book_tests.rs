@@ -2,7 +2,6 @@
 
 use super::*;
 use rungd_engine::BitCell;
-use rungd_language::resolve::priority::Priority;
 
 const SECOND_NS: u64 = 1_000_000_000;
 const HOUR_NS: u64 = 3600 * SECOND_NS;
@@ -12,7 +11,7 @@ fn known(tags: &[&str]) -> Vec<KnownAlarm> {
         of: AlarmSource::Bit(Cell::Bit(BitCell(at as u32))),
         tag: (*tag).to_owned(),
         text: format!("{tag} happened"),
-        priority: Priority::default(),
+        terms: AlarmTerms::default(),
     };
     tags.iter().enumerate().map(alarm).collect()
 }

@@ -9,6 +9,7 @@ use std::sync::{Arc, Mutex, TryLockError};
 use super::alarm_book::{AlarmBook, BookTime};
 use super::narration::Narration;
 use rungd_base::wall_clock::now_ns;
+use rungd_runtime::ScanTime;
 use rungd_runtime::exchange::Snapshot;
 use rungd_runtime::monotonic_ns;
 
@@ -36,21 +37,13 @@ pub(super) struct BookKeeper {
     lost: bool,
 }
 
-/// The time of a change: its scan.
-#[derive(Clone, Copy)]
-pub(super) struct EdgeTime {
-    pub scan: u64,
-    /// The time of the scan (CLOCK_MONOTONIC).
-    pub at_ns: u64,
-}
-
 impl BookKeeper {
     pub fn new(book: SharedBook) -> BookKeeper {
         BookKeeper { book, waiting: Vec::new(), lost: false }
     }
 
     /// Notes that an alarm went ON or OFF.
-    pub fn edge(&mut self, number: u32, on: bool, EdgeTime { scan, at_ns }: EdgeTime) {
+    pub fn edge(&mut self, number: u32, on: bool, ScanTime { scan, at_ns }: ScanTime) {
         if self.waiting.len() >= WAITING_MAX {
             self.lost = true;
             return;
@@ -136,11 +129,11 @@ mod tests {
             of: AlarmSource::Bit(rungd_engine::Cell::Bit(rungd_engine::BitCell(0))),
             tag: "jam".to_owned(),
             text: "Jammed".to_owned(),
-            priority: rungd_language::resolve::priority::Priority::High,
+            terms: rungd_language::resolve::alarm_terms::AlarmTerms::default(),
         };
         let book: SharedBook = Arc::new(Mutex::new(AlarmBook::new(&[alarm])));
         let mut keeper = BookKeeper::new(Arc::clone(&book));
-        keeper.edge(0, true, EdgeTime { scan: 4, at_ns: 4 });
+        keeper.edge(0, true, ScanTime { scan: 4, at_ns: 4 });
         {
             let read = book.lock().unwrap();
             keeper.turn(&image(4, true));

@@ -1,16 +1,15 @@
 //! The log of a running controller: turns records from the scan thread into log lines.
 //!
 //! It runs on the monitor thread and receives the time as an argument. It repeats the reason of a
-//! STOP or FAULT every minute while the mode lasts. It limits the lines of alarms (`allowance`), so
-//! a bit that toggles every scan does not hide other lines. Nothing here blocks: `log_queue` writes
-//! to standard error.
+//! STOP or FAULT every minute while the mode lasts. `bit_alarms` has the lines of alarms. Nothing
+//! here blocks: `log_queue` writes to standard error.
 
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::sync::{Arc, Mutex};
 
 use super::alarm_book::{AlarmBook, KnownAlarm};
-use super::alarm_keeper::{BookKeeper, EdgeTime, SharedBook};
-use super::allowance::{AlarmLines, tell_withheld};
+use super::alarm_keeper::SharedBook;
+use super::bit_alarms::BitAlarms;
 use super::log_queue::lines_dropped;
 use super::narration::{BlockNews, LogFacts, Narration, WordNews, reason, us};
 use super::posture;
@@ -24,7 +23,9 @@ use rungd_io::device::DeviceHealth;
 use rungd_language::resolve::value_texts::{ValueTexts, with_text};
 use rungd_runtime::exchange::{FaultReason, Mode, Snapshot, StopReason};
 use rungd_runtime::say::say;
-use rungd_runtime::{DeviceEdge, Generations, Observer, RecordEvent, ScanRecord, Statistics};
+use rungd_runtime::{
+    AlarmChange, DeviceEdge, Generations, Observer, RecordEvent, ScanRecord, Statistics,
+};
 
 /// The machine's load, if it may be the reason of a fault.
 fn load_at(fault: FaultReason) -> String {
@@ -57,9 +58,7 @@ pub(super) struct LogWriter {
     standing: Option<LastingMode>,
     /// The monitor has declared the current scan a fault, and this has been logged.
     tripped: bool,
-    alarms: AlarmLines,
-    /// The book of alarms contains all alarms, including those that the log leaves out.
-    book: BookKeeper,
+    alarms: BitAlarms,
     watches: WatchLog,
 }
 
@@ -96,8 +95,8 @@ impl LogWriter {
     ) -> Self {
         let narration = narrations.of(0);
         let AlarmEnds { book, watches } = alarms;
-        let (standing, mode, alarms) =
-            (None, Mode::Stop(StopReason::NotStarted), AlarmLines::new());
+        let (standing, mode) = (None, Mode::Stop(StopReason::NotStarted));
+        let alarms = BitAlarms::new(book, &narration);
         LogWriter {
             narrations,
             narration,
@@ -110,7 +109,6 @@ impl LogWriter {
             standing,
             tripped: false,
             alarms,
-            book: BookKeeper::new(book),
             watches: WatchLog::new(watches),
         }
     }
@@ -177,16 +175,13 @@ impl LogWriter {
 
     fn bit(&mut self, watch: u32, on: bool, after_ns: u64, record: &ScanRecord) {
         let Some(news) = self.narration.bit(watch) else { return };
-        if news.alarm.is_some() {
-            self.book.edge(watch, on, EdgeTime { scan: record.scan, at_ns: record.at_ns });
-        }
-        let (tag, scan, was) = (&news.tag, record.scan, duration_text(after_ns));
+        let (tag, scan) = (&news.tag, record.scan);
         let lasted_ms = after_ns / 1_000_000;
-        match (&news.alarm, on) {
-            (Some(_), _) if !self.alarms.change(watch, on, scan, record.at_ns) => {}
-            (Some(text), true) => say!(ALARM_ON, %tag, scan, "alarm ON: {text}"),
-            (Some(text), false) => {
-                say!(ALARM_OFF, %tag, scan, lasted_ms, "alarm OFF after {was}: {text}");
+        match (news.alarm, on) {
+            (Some(number), _) => {
+                let (at_ns, lasted_ns) = (record.at_ns, after_ns);
+                let change = AlarmChange { number, on, scan, at_ns, lasted_ns };
+                self.alarms.bit(&self.narration, change);
             }
             (None, true) => {
                 let state = with_text("ON", text_of(news.texts.as_deref(), 1));
@@ -270,15 +265,6 @@ impl LogWriter {
         );
     }
 
-    /// Logs the alarms that went ON in these scans and are still ON.
-    fn log_active_alarms(&self, alarms: &[(u32, u64)]) {
-        for (watch, scan) in alarms {
-            let Some(news) = self.narration.bit(*watch) else { continue };
-            let (tag, text) = (&news.tag, news.alarm.as_deref().unwrap_or_default());
-            say!(ALARM_ON, %tag, scan, "alarm ON: {text}");
-        }
-    }
-
     /// Logs the heartbeat while nothing is scanned. In RUN, the statistics are the heartbeat.
     fn beat(&mut self, latest: &Snapshot, now_ns: u64) {
         let since_ns = *self.beat_ns.get_or_insert(now_ns);
@@ -357,9 +343,9 @@ impl Observer for LogWriter {
                 // Alarms are identified by their numbers, and the new program has different
                 // numbers.
                 self.ended(record.at_ns);
-                self.alarms = AlarmLines::new();
+                let before = Arc::clone(&self.narration);
                 self.narration = self.narrations.of(generation);
-                self.book.swap(generation, &self.narration);
+                self.alarms.swap(generation, &before, &self.narration);
                 self.watches.swap(generation);
                 let swap_us = us(swap_ns);
                 say!(PROGRAM_SWAPPED, scan, swap_us, "the programs are swapped");
@@ -409,7 +395,7 @@ impl Observer for LogWriter {
     }
 
     fn dropped(&mut self, records: u64) {
-        self.book.lost();
+        self.alarms.lost();
         say!(
             RECORDS_DROPPED,
             records,
@@ -423,21 +409,16 @@ impl Observer for LogWriter {
     }
 
     fn turn(&mut self, latest: &Snapshot, now_ns: u64) {
-        self.watches.turn(&self.narration, &mut self.book, now_ns);
-        self.book.turn(latest);
+        self.watches.turn(&self.narration, &mut self.alarms.book, now_ns);
+        self.alarms.turn(&self.narration, latest, now_ns);
         self.scans = latest.scans;
         self.stand(latest.mode, now_ns);
         (self.mode, self.forces) = (latest.mode, latest.forces.list().len());
         self.beat(latest, now_ns);
-        let belated = self.alarms.belated(now_ns);
-        self.log_active_alarms(&belated);
-        tell_withheld(self.alarms.due(now_ns));
     }
 
     fn ended(&mut self, now_ns: u64) {
-        let standing = self.alarms.standing();
-        self.log_active_alarms(&standing);
-        tell_withheld(self.alarms.rest(now_ns));
+        self.alarms.ended(&self.narration, now_ns);
         self.watches.ended(&self.narration, now_ns);
         self.facts.over.notify_one();
     }

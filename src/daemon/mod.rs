@@ -7,6 +7,7 @@
 mod alarm_book;
 mod alarm_keeper;
 mod allowance;
+mod bit_alarms;
 pub mod config;
 mod devices;
 mod failure;

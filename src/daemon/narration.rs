@@ -26,7 +26,7 @@ pub(super) struct Narration {
     names: Arc<NameBook>,
     bits: Vec<BitNews>,
     words: Vec<WordNews>,
-    /// The alarms: those at the beginning of `bits`, then the watches.
+    /// The alarms: those of bits, in the order of a scan, then the watches.
     pub alarms: Vec<KnownAlarm>,
     /// The rung of each MATH, by number.
     maths: Vec<String>,
@@ -63,8 +63,8 @@ struct ElementTitle<'a> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct BitNews {
     pub tag: String,
-    /// The alarm's text; `None` for `log = "change"`.
-    pub alarm: Option<String>,
+    /// The alarm's number; `None` for `log = "change"`.
+    pub alarm: Option<usize>,
     /// The texts of its values.
     pub texts: Option<Arc<ValueTexts>>,
 }
@@ -215,9 +215,9 @@ impl Narration {
             }
             Cell::Word(_) => unreachable!("a bit is no word"),
         };
-        for alarm in &symbols.alarms {
-            let text = Some(one_line(&alarm.text));
-            let news = BitNews { tag: alarm.tag.clone(), alarm: text, texts: None };
+        for (number, alarm) in symbols.alarms.iter().enumerate() {
+            let (tag, number) = (alarm.tag.clone(), Some(number));
+            let news = BitNews { tag, alarm: number, texts: None };
             watch(&mut watched, alarm.bit, news);
         }
         for logged in &symbols.logged {

@@ -7,12 +7,13 @@ use std::collections::VecDeque;
 use std::sync::mpsc::Receiver;
 
 use super::alarm_book::KnownAlarm;
-use super::alarm_keeper::{BookKeeper, EdgeTime};
+use super::alarm_keeper::BookKeeper;
 use super::allowance::{AlarmLines, tell_withheld};
 use super::narration::{Narration, one_line};
 use super::watches::{WatchMessage, WatchNews};
 use rungd_base::duration_text::duration_text;
 use rungd_lab::testing::DecidingOperand;
+use rungd_runtime::ScanTime;
 use rungd_runtime::say::say;
 
 /// The log's side of the watches.
@@ -73,7 +74,7 @@ impl WatchLog {
             return;
         };
         let WatchNews { line, holds, scan, at_ns, .. } = *news;
-        book.edge(number as u32, !holds, EdgeTime { scan, at_ns });
+        book.edge(number as u32, !holds, ScanTime { scan, at_ns });
         if self.since_ns.len() <= line {
             self.since_ns.resize(line + 1, at_ns);
         }

@@ -225,6 +225,25 @@ fn a_replay_verifies_all_hashes_and_lists_the_alarms() {
 }
 
 #[test]
+fn a_replay_lists_alarms_after_their_delays_as_the_controller_does() {
+    let place = Place::new("delays");
+    let mut line = Line::new(
+        "[tags]\neye = { at = \"X0\", alarm = \"An eye\", delay = \"100ms\", off-delay = \"50ms\" }\n\
+         [[program]]\nname = \"Main\"\nrung = [{ when = [\"eye\"], do = [\"OUT Y0\"] }]\n",
+    );
+    for scan in 0..200 {
+        let is_there = (10..15).contains(&scan) || (100..150).contains(&scan) && scan != 130;
+        line.scan(&[("X0", i32::from(is_there))]);
+    }
+    place.write("plant.rungd-log", &line.bytes());
+    shown(
+        &place.replay(0, &["plant.rungd-log"]),
+        "alarm eye on at 2026-11-22 10:00:01.100 (scan 101) for 0.450 s: An eye\n\
+         200 scans replayed in … s, … × real time; … of … hashes equal\n",
+    );
+}
+
+#[test]
 fn a_wrong_hash_gives_exit_code_1_and_its_place() {
     let place = Place::new("differs");
     let mut line = conveyor();

@@ -8,6 +8,7 @@
 //! The idea: only one thread owns the engine. Its data leave through rings and arrive through rings
 //! and atomics, so no other thread can make it wait.
 
+mod alarm_delays;
 mod beat;
 pub mod command;
 mod earlier;
@@ -53,6 +54,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
+pub use alarm_delays::{AlarmChange, AlarmDelay, AlarmDelays, ScanTime};
 pub use histogram::HistogramBucket;
 pub use image::SafeState;
 pub use link::{ExchangeShape, ScanFacts, link};

@@ -99,8 +99,8 @@ pub(in super::super) struct StatusFacts {
     blocks: Vec<NamedBlock>,
     layout: Layout,
     rules: usize,
-    /// The alarms, each with the cell of its bit.
-    alarms: Vec<(Cell, AlarmStatus)>,
+    /// The alarms, each with the cell of its bit; `None`: it has a delay, and only the book knows.
+    alarms: Vec<(Option<Cell>, AlarmStatus)>,
     /// The name of each driver, with the addresses that it moves.
     movers: Vec<(String, HashSet<Address>)>,
     /// The outputs of each field device, by number.
@@ -227,13 +227,15 @@ impl StatusFacts {
     /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.
     fn standing(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
         let (book, now_ns) = (self.book(), monotonic_ns());
-        let standing =
-            self.alarms.iter().enumerate().filter(|(_, (cell, _))| latest.value(*cell) != 0);
-        let booked = |(number, (_, alarm)): (usize, &(Cell, AlarmStatus))| {
-            let booked = book.standing(latest.generation, number, now_ns);
-            booked.unwrap_or_else(|| alarm.clone())
-        };
-        standing.map(booked).chain(book.broken_watches(now_ns)).collect()
+        let standing = self.alarms.iter().enumerate().filter_map(|(number, (cell, alarm))| {
+            let booked = || book.standing(latest.generation, number, now_ns);
+            match cell {
+                Some(cell) if latest.value(*cell) == 0 => None,
+                Some(_) => Some(booked().unwrap_or_else(|| alarm.clone())),
+                None => booked(),
+            }
+        });
+        standing.chain(book.broken_watches(now_ns)).collect()
     }
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {
@@ -270,14 +272,16 @@ impl StatusFacts {
     }
 }
 
-fn alarms(setup: &ControllerSetup) -> Vec<(Cell, AlarmStatus)> {
+fn alarms(setup: &ControllerSetup) -> Vec<(Option<Cell>, AlarmStatus)> {
     let alarm = |named: &lower::Alarm| AlarmStatus {
         tag: named.tag.clone(),
         text: named.text.clone(),
-        priority: named.priority,
+        priority: named.terms.priority,
+        group: named.terms.group.clone(),
         ..AlarmStatus::default()
     };
-    setup.symbols.alarms.iter().map(|named| (named.bit, alarm(named))).collect()
+    let bit = |named: &lower::Alarm| (!named.terms.is_delayed()).then_some(named.bit);
+    setup.symbols.alarms.iter().map(|named| (bit(named), alarm(named))).collect()
 }
 
 fn named_blocks(names: &NameBook) -> Vec<NamedBlock> {

@@ -4,8 +4,10 @@
 use std::sync::Arc;
 
 use super::program::LiveProgram;
+use rungd_base::duration_text::duration_text;
 use rungd_engine::isa::{Address, Bit, BlockId, StageId};
 use rungd_engine::{Cell, EngineCall};
+use rungd_language::resolve::alarm_terms::AlarmTerms;
 use rungd_runtime::{Origin, TapeEntry, TapeSection};
 
 /// The most events; only the newest are kept.
@@ -37,7 +39,7 @@ pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Ve
         all.extend(kinds.map(|(_, what)| LiveEvent {
             scan: change.scan,
             unix_ns: change.unix_ns,
-            is_alarm: matches!(what, ChangeKind::Alarm(..)) && change.after != 0,
+            is_alarm: change.after != 0 && matches!(what, ChangeKind::Alarm { on: None, .. }),
             text: what.text([change.before.unwrap_or(0), change.after], &|content| {
                 value_text(program, change.cell, content)
             }),
@@ -53,8 +55,13 @@ pub(super) fn events(program: &LiveProgram, sections: &[Arc<TapeSection>]) -> Ve
 enum ChangeKind {
     Block(String),
     Stage(String),
-    /// The tag and its text.
-    Alarm(String, String),
+    /// The bit of an alarm; `on`, `off`: its delays, if it has them.
+    Alarm {
+        tag: String,
+        text: String,
+        on: Option<String>,
+        off: Option<String>,
+    },
     Bit(String),
     Word(String),
 }
@@ -64,7 +71,7 @@ impl ChangeKind {
         match self {
             ChangeKind::Block(name)
             | ChangeKind::Stage(name)
-            | ChangeKind::Alarm(name, _)
+            | ChangeKind::Alarm { tag: name, .. }
             | ChangeKind::Bit(name)
             | ChangeKind::Word(name) => name,
         }
@@ -79,8 +86,14 @@ impl ChangeKind {
                 format!("{name} {}", if after != 0 { "started" } else { "stopped" })
             }
             ChangeKind::Stage(name) => format!("Stage {name} is {state}"),
-            ChangeKind::Alarm(tag, text) if after != 0 => format!("alarm: {text} ({tag})"),
-            ChangeKind::Alarm(tag, text) => format!("alarm gone: {text} ({tag})"),
+            ChangeKind::Alarm { tag, text, on: Some(on), .. } if after != 0 => {
+                format!("{tag} is ON; an alarm if it stays ON for {on}: {text}")
+            }
+            ChangeKind::Alarm { tag, text, off: Some(off), .. } if after == 0 => {
+                format!("{tag} is OFF; its alarm is gone if it stays OFF for {off}: {text}")
+            }
+            ChangeKind::Alarm { tag, text, .. } if after != 0 => format!("alarm: {text} ({tag})"),
+            ChangeKind::Alarm { tag, text, .. } => format!("alarm gone: {text} ({tag})"),
             ChangeKind::Bit(name) => format!("{name} is {}", value(after)),
             ChangeKind::Word(name) => format!("{name} is {}, was {}", value(after), value(before)),
         }
@@ -97,9 +110,13 @@ fn reported_cells(program: &LiveProgram) -> Vec<(Cell, ChangeKind)> {
     let stages = (0..).zip(&symbols.names.stages).filter_map(|(at, stage)| {
         Some((bit(Bit::Stage(StageId(at)))?, ChangeKind::Stage(stage.whole.clone())))
     });
-    let alarms = symbols.alarms.iter();
-    let alarms =
-        alarms.map(|alarm| (alarm.bit, ChangeKind::Alarm(alarm.tag.clone(), alarm.text.clone())));
+    let alarms = symbols.alarms.iter().map(|alarm| {
+        let AlarmTerms { delay_ms, off_delay_ms, .. } = alarm.terms;
+        let told = |ms: u32| (ms > 0).then(|| duration_text(u64::from(ms) * 1_000_000));
+        let (on, off) = (told(delay_ms), told(off_delay_ms));
+        let (tag, text) = (alarm.tag.clone(), alarm.text.clone());
+        (alarm.bit, ChangeKind::Alarm { tag, text, on, off })
+    });
     let tags = symbols.logged.iter().map(|logged| match logged.cell {
         Cell::Bit(_) | Cell::WordBit(_) => (logged.cell, ChangeKind::Bit(logged.tag.clone())),
         Cell::Word(_) => (logged.cell, ChangeKind::Word(logged.tag.clone())),

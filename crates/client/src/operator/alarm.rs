@@ -86,6 +86,9 @@ pub struct AlarmStatus {
     /// How soon a person has to act.
     #[serde(default)]
     pub priority: Priority,
+    /// The part of the machine that it is of, if the ladder says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Its state.
     #[serde(default)]
     pub state: AlarmState,

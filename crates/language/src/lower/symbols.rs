@@ -6,8 +6,8 @@ use std::sync::Arc;
 
 use super::identity::Identity;
 use super::word_limits::WordLimits;
+use crate::resolve::alarm_terms::AlarmTerms;
 use crate::resolve::name_book::NameBook;
-use crate::resolve::priority::Priority;
 use crate::resolve::program::{Program, TagMeaning};
 use rungd_engine::isa::{Address, Bit, NumberMap, Structure, Word};
 use rungd_engine::{Cell, Layout};
@@ -21,8 +21,8 @@ pub struct Alarm {
     pub tag: String,
     /// The text.
     pub text: String,
-    /// How soon a person has to act.
-    pub priority: Priority,
+    /// Its priority, delays and group.
+    pub terms: AlarmTerms,
 }
 
 /// A tag with `log = "change"`.
@@ -77,7 +77,7 @@ impl Symbols {
                     bit: symbols.layout.bit_in(bit),
                     tag: tag.name.clone(),
                     text: text.clone(),
-                    priority: tag.priority,
+                    terms: tag.terms.clone(),
                 };
                 alarms.push((places.get(&bit).copied().unwrap_or(0), alarm));
             }

@@ -4,10 +4,10 @@
 //! name (`recipe[3]`) and need no code for arrays.
 
 use super::Resolver;
+use super::alarm_terms::AlarmTerms;
 use super::array::Array;
 use super::mistake::address_mistake;
 use super::names::kept;
-use super::priority::Priority;
 use super::program::{OfArray, Program, Tag, TagMeaning};
 use super::tag::TagLimits;
 use super::tag_texts::HeldNumbers;
@@ -72,7 +72,7 @@ impl Resolver<'_> {
                 min,
                 max,
                 alarm: None,
-                priority: Priority::default(),
+                terms: AlarmTerms::default(),
                 log_changes: tag.log.is_some(),
                 unit: tag.unit.clone(),
                 texts: texts.clone(),

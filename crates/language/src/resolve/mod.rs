@@ -5,6 +5,8 @@
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
 
+mod alarm_keys;
+pub mod alarm_terms;
 pub mod array;
 mod array_tags;
 pub mod beside;
@@ -41,6 +43,7 @@ mod packing;
 mod placement;
 pub mod places;
 mod plain;
+
 pub mod priority;
 pub mod program;
 mod program_names;

@@ -161,6 +161,9 @@ impl Resolver<'_> {
             ("texts", tag.texts.as_ref().map(|texts| texts.span)),
             ("alarm", text(&tag.alarm)),
             ("priority", text(&tag.priority)),
+            ("delay", tag.delay.as_ref().map(|delay| delay.span)),
+            ("off-delay", tag.off_delay.as_ref().map(|delay| delay.span)),
+            ("group", text(&tag.group)),
             ("log", text(&tag.log)),
             ("metric", tag.metric.as_ref().map(|metric| metric.span)),
         ];

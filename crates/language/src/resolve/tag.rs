@@ -4,8 +4,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
+use super::alarm_terms::AlarmTerms;
 use super::array::Array;
-use super::priority::Priority;
 use super::value_texts::ValueTexts;
 use crate::source::atom::ConstantForm;
 use crate::source::indexed::IndexedName;
@@ -32,8 +32,8 @@ pub struct Tag {
     pub max: Option<(i32, Span)>,
     /// `alarm` of a bit.
     pub alarm: Option<String>,
-    /// `priority` of the alarm.
-    pub(crate) priority: Priority,
+    /// The terms of the alarm.
+    pub(crate) terms: AlarmTerms,
     /// `log = "change"`.
     pub(crate) log_changes: bool,
     /// `unit` of a word.

@@ -3,15 +3,15 @@
 use std::collections::HashSet;
 
 use super::Resolver;
+use super::alarm_terms::AlarmTerms;
 use super::layers::Layers;
 use super::mistake::address_mistake;
 use super::names::kept;
-use super::priority::Priority;
 use super::program::{ConstantForm, Program, Tag, TagMeaning};
 use super::tag::TagLimits;
 use super::tag_texts::HeldNumbers;
 use crate::source::finding::{Code, Finding};
-use crate::source::fix::{Fix, FixEdit, Help, advise, pair, possible, propose, text, write};
+use crate::source::fix::{Fix, FixEdit, Help, advise, pair, possible, propose, text};
 use crate::source::ladder;
 use crate::source::reader::{Constant, Text};
 use crate::source::span::{Located, Span};
@@ -49,7 +49,7 @@ impl Resolver<'_> {
             min,
             max,
             alarm: tag.alarm.as_ref().map(|alarm| alarm.text.clone()),
-            priority: priority(tag),
+            terms: AlarmTerms::of(tag),
             log_changes: tag.log.is_some(),
             unit: tag.unit.clone(),
             texts,
@@ -96,34 +96,6 @@ impl Resolver<'_> {
             let message = format!("the `alarm` of `{name}` has {count} characters");
             let help = format!("a text has at most {TEXT_MAX}; `doc` has room for what to do");
             self.find(Finding::new(Code::TagKey, alarm.span, message).help(help));
-        }
-    }
-
-    /// Reports a priority with an unknown word, and a priority without an alarm.
-    fn priority_misfits(&mut self, tag: &ladder::WrittenTag) {
-        let Some(written) = &tag.priority else { return };
-        if Priority::named(&written.text).is_none() {
-            let message = format!("`priority` has no value `{}`", kept(&written.text));
-            let help = match Priority::named(&written.text.to_lowercase()) {
-                Some(meant) => write(pair(format!("priority = \"{}\"", meant.name()))),
-                None => {
-                    let words = Priority::ALL.map(|priority| format!("`{}`", priority.name()));
-                    let fixes =
-                        Priority::ALL.map(|priority| format!("priority = \"{}\"", priority.name()));
-                    Help::from(format!("the priorities are {}", words.join(", ")))
-                        .with_all(fixes.map(|fix| pair(fix).possible()))
-                }
-            };
-            self.find(Finding::new(Code::TagKey, written.span, message).help(help));
-        }
-        if tag.alarm.is_none() {
-            let message = "`priority` goes with `alarm`, and this tag has none";
-            let help = match tag.count {
-                Some(_) => "leave it out: a tag with `count` has no `alarm`",
-                None => "add `alarm = \"…\"`: the text that people read; or leave `priority` out",
-            };
-            let finding = Finding::new(Code::TagKey, written.span, message);
-            self.find(finding.help(help).fix(FixEdit::Delete));
         }
     }
 
@@ -267,7 +239,7 @@ impl Resolver<'_> {
             let finding = Finding::new(Code::TagKey, log.span, message);
             self.find(finding.write(pair("log = \"change\"")));
         }
-        self.priority_misfits(tag);
+        self.alarm_misfits(tag);
         self.unit_misfits(tag);
     }
 
@@ -389,12 +361,6 @@ fn fitting(value: Constant, misfit: &str) -> Option<String> {
 
 /// The message about a value that does not fit a bit.
 const NO_BIT: &str = "a bit is `true` or `false`";
-
-/// The priority of the tag's alarm.
-fn priority(tag: &ladder::WrittenTag) -> Priority {
-    let written = tag.priority.as_ref();
-    written.and_then(|written| Priority::named(&written.text)).unwrap_or_default()
-}
 
 /// Two values of a tag: the first must not be greater than the second.
 struct OrderedCells {

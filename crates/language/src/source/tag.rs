@@ -8,6 +8,7 @@ use super::fix::{Help, pair, write};
 use super::key::{Key, key};
 use super::reader::{Constant, InitialRecords, NamedTable, Table, Text, WrittenInitial};
 use super::span::{FileId, Located};
+use super::value_kind::Millis;
 
 /// A text of a value, as written.
 #[derive(Clone, Debug)]
@@ -54,6 +55,12 @@ pub struct WrittenTag {
     pub alarm: Option<Text>,
     /// `priority`, of an alarm.
     pub priority: Option<Text>,
+    /// `delay` of an alarm, in ms.
+    pub delay: Option<Located<u32>>,
+    /// `off-delay` of an alarm, in ms.
+    pub off_delay: Option<Located<u32>>,
+    /// `group` of an alarm.
+    pub group: Option<Text>,
     /// `log`.
     pub log: Option<Text>,
     /// `unit`.
@@ -103,7 +110,7 @@ impl WrittenTag {
         tag.name.text = name;
         tag.name.span.file = layer;
         let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
-        for text in texts.into_iter().chain([&mut tag.unit]).flatten() {
+        for text in texts.into_iter().chain([&mut tag.unit, &mut tag.group]).flatten() {
             text.span.file = layer;
         }
         let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
@@ -111,6 +118,9 @@ impl WrittenTag {
             constant.span.file = layer;
         }
         for Located { span, .. } in [&mut tag.metric, &mut tag.spare].into_iter().flatten() {
+            span.file = layer;
+        }
+        for Located { span, .. } in [&mut tag.delay, &mut tag.off_delay].into_iter().flatten() {
             span.file = layer;
         }
         if let Some(texts) = &mut tag.texts {
@@ -188,6 +198,11 @@ const ALARM: Key = key("alarm", "A text: a warning in the log when the bit goes 
 const PRIORITY: Key =
     key("priority", "How soon a person has to act on the alarm; `medium` if not given.")
         .limited(PRIORITIES);
+const DELAY: Key =
+    key("delay", "The alarm rises once its bit has been ON for this time; at once if not given.");
+const OFF_DELAY: Key =
+    key("off-delay", "The alarm goes away once its bit has been OFF for this time.");
+const GROUP: Key = key("group", "The part of the machine that the alarm is of.").limited(TEXT);
 const LOG: Key = key("log", "Each change is logged.").limited(r#"{"const":"change"}"#);
 const METRIC: Key =
     key("metric", "Its value is a metric of `rungd metrics`; for a structure, all its members.");
@@ -247,6 +262,9 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> Writ
         max: table.constant(MAX),
         alarm: table.string(ALARM),
         priority: table.string(PRIORITY),
+        delay: table.value(DELAY, &Millis::ANY),
+        off_delay: table.value(OFF_DELAY, &Millis::ANY),
+        group: table.string(GROUP),
         log: table.string(LOG),
         metric: table.boolean(METRIC),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
@@ -302,6 +320,9 @@ fn read_field(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
         max: table.constant(MAX),
         alarm: table.string(ALARM),
         priority: table.string(PRIORITY),
+        delay: table.value(DELAY, &Millis::ANY),
+        off_delay: table.value(OFF_DELAY, &Millis::ANY),
+        group: table.string(GROUP),
         log: table.string(LOG),
         metric: table.boolean(METRIC),
         has_meaning: true,

@@ -73,9 +73,15 @@ pub(super) fn doc(declared: &Declaration, project: &Project) -> String {
         };
         parts.extend(limits);
         parts.extend(facts.text("initial").map(|text| format!("After a cold start {text}.")));
-        let priority = facts.text("priority").map(|text| format!(" ({})", plain(text)));
-        let priority = priority.unwrap_or_default();
-        parts.extend(facts.text("alarm").map(|text| format!("Alarm{priority}: {}", plain(text))));
+        let terms = [
+            facts.text("priority").map(str::to_owned),
+            facts.text("group").map(|group| format!("group {group}")),
+            facts.text("delay").map(|delay| format!("after {delay}")),
+            facts.text("off-delay").map(|delay| format!("until {delay} after it")),
+        ];
+        let terms = terms.into_iter().flatten().collect::<Vec<_>>().join(", ");
+        let terms = if terms.is_empty() { terms } else { format!(" ({})", plain(&terms)) };
+        parts.extend(facts.text("alarm").map(|text| format!("Alarm{terms}: {}", plain(text))));
     }
     parts.join("\n\n")
 }
