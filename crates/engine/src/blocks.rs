@@ -275,22 +275,17 @@ impl Machine {
             ControlKind::Jump(targets) => self.jump(targets, element),
             ControlKind::Converge { from, to } => self.converge(from, to),
             ControlKind::Call(subroutine) => return AfterControl::Call(subroutine),
-            ControlKind::Return { missed_ms } => return self.return_if(on, missed_ms),
+            ControlKind::Return => return AfterControl::Return,
+            ControlKind::KeepTime { missed_ms } => {
+                let elapsed_ms = self.memory.elapsed_ms;
+                let missed_ms = &mut self.memory.image.words[missed_ms as usize];
+                *missed_ms = missed_ms.saturating_add(elapsed_ms);
+            }
+            ControlKind::GiveTime { missed_ms } => {
+                let missed_ms = &mut self.memory.image.words[missed_ms as usize];
+                self.memory.elapsed_ms = std::mem::take(missed_ms);
+            }
         }
-        AfterControl::Continue
-    }
-
-    /// RETURN. The timers behind it have the same time: that since the subroutine's last execution
-    /// that reached them.
-    fn return_if(&mut self, on: bool, missed_ms: u32) -> AfterControl {
-        let missed_ms = &mut self.memory.image.words[missed_ms as usize];
-        let elapsed_ms = self.memory.elapsed_ms.saturating_add(*missed_ms);
-        if on {
-            *missed_ms = elapsed_ms;
-            return AfterControl::Return;
-        }
-        *missed_ms = 0;
-        self.memory.elapsed_ms = elapsed_ms;
         AfterControl::Continue
     }
 

@@ -76,22 +76,31 @@ pub enum ControlKind {
     /// CALL of a subroutine, by its index in the program's `subroutines`.
     Call(u32),
     /// RETURN: ends the subroutine's execution.
-    Return {
-        /// A private word: the time, in ms, that the timers behind have missed.
+    Return,
+    /// Before an instruction that may end a subroutine's execution: adds the time since the last
+    /// execution to what the timers behind have missed.
+    KeepTime {
+        /// A private word: the time that they have missed, in ms.
+        missed_ms: u32,
+    },
+    /// Behind it: gives the timers behind the time that they have missed.
+    GiveTime {
+        /// The word of its `KeepTime`.
         missed_ms: u32,
     },
 }
 
 impl ControlKind {
     /// Whether it also acts while its rung is OFF: it stores its edge's history, disables its Task,
-    /// or gives the timers behind it the time that they have missed.
+    /// or keeps the time that timers have missed.
     #[inline(always)]
     pub(super) fn acts_while_off(&self) -> bool {
         match self {
             ControlKind::Restart(_)
             | ControlKind::EnableOnce { .. }
             | ControlKind::EnableEvery { .. }
-            | ControlKind::Return { .. } => true,
+            | ControlKind::KeepTime { .. }
+            | ControlKind::GiveTime { .. } => true,
             ControlKind::Run(_)
             | ControlKind::Halt(_)
             | ControlKind::Exit
@@ -100,7 +109,8 @@ impl ControlKind {
             | ControlKind::StageOff(_)
             | ControlKind::Converge { .. }
             | ControlKind::Stop
-            | ControlKind::Call(_) => false,
+            | ControlKind::Call(_)
+            | ControlKind::Return => false,
         }
     }
 }

@@ -148,8 +148,11 @@ impl EngineProgram {
             | ControlKind::StageOff(_)
             | ControlKind::Converge { .. }
             | ControlKind::Stop
-            | ControlKind::Call(_) => {}
-            ControlKind::Return { missed_ms } => touches.words_written.push(missed_ms),
+            | ControlKind::Call(_)
+            | ControlKind::Return => {}
+            ControlKind::KeepTime { missed_ms } | ControlKind::GiveTime { missed_ms } => {
+                touches.words_written.push(missed_ms);
+            }
         }
     }
 
@@ -285,15 +288,25 @@ impl<'p> SliceSearch<'p> {
         }
     }
 
-    /// Notes a CALL for its subroutine, and a RETURN for its own.
+    /// Notes a CALL for its subroutine, and a RETURN and the times of timers for their own.
     fn enter_call(&mut self, batch: u32, element: ElementId) {
         for kind in self.control_kinds(batch) {
-            let subroutine = if let ControlKind::Call(at) = kind {
-                self.program.subroutines[at as usize]
-            } else if let ControlKind::Return { .. } = kind {
-                element.block
-            } else {
-                continue;
+            let subroutine = match kind {
+                ControlKind::Call(at) => self.program.subroutines[at as usize],
+                ControlKind::Return
+                | ControlKind::KeepTime { .. }
+                | ControlKind::GiveTime { .. } => element.block,
+                ControlKind::Run(_)
+                | ControlKind::Restart(_)
+                | ControlKind::Halt(_)
+                | ControlKind::Exit
+                | ControlKind::EnableOnce { .. }
+                | ControlKind::EnableEvery { .. }
+                | ControlKind::Jump(_)
+                | ControlKind::StageOn(_)
+                | ControlKind::StageOff(_)
+                | ControlKind::Converge { .. }
+                | ControlKind::Stop => continue,
             };
             self.calls.entry(subroutine.0).or_default().push(batch);
         }

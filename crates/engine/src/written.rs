@@ -152,7 +152,11 @@ impl EngineProgram {
                 written.bit(stage(to));
             }
             // The operations of a subroutine are steps of their own.
-            ControlKind::Stop | ControlKind::Call(_) | ControlKind::Return { .. } => {}
+            ControlKind::Stop
+            | ControlKind::Call(_)
+            | ControlKind::Return
+            | ControlKind::KeepTime { .. }
+            | ControlKind::GiveTime { .. } => {}
         }
     }
 

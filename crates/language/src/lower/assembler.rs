@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use super::alike;
-use super::identity::{Identity, LoweringSite, ReturnTime, ShiftRegister};
+use super::identity::{Identity, LoweringSite, MissedTime, ShiftRegister};
 use super::loaded_bits::LoadedBits;
 use super::schedule;
 use super::sites::Sites;
@@ -40,6 +40,8 @@ pub(super) struct Assembler<'p> {
     pub loaded: LoadedBits,
     /// The numbers of the subroutines, in file order.
     pub subroutines: NumberMap<BlockId, u32>,
+    /// Whether a subroutine may end the execution of the block in whose turn it is.
+    pub subroutines_end_blocks: bool,
     window: usize,
     tables: Tables,
     /// The steps of the current element's formulas.
@@ -84,6 +86,7 @@ impl<'p> Assembler<'p> {
             ops: Vec::new(),
             loaded: LoadedBits::default(),
             subroutines: subroutine_numbers(program),
+            subroutines_end_blocks: program.subroutines_end_blocks(),
             window,
             tables: Tables::default(),
             steps: Vec::new(),
@@ -160,11 +163,12 @@ impl<'p> Assembler<'p> {
         BitOwn(cell.0)
     }
 
-    /// Allots the word of the time that the timers behind a RETURN have missed.
-    pub fn return_time(&mut self) -> u32 {
+    /// Allots the word of the time that timers behind an instruction have missed, if it ends its
+    /// subroutine's execution.
+    pub fn missed_time(&mut self) -> u32 {
         let cell = self.private_word();
         let block = self.site.element.block;
-        self.identity.returns.push(ReturnTime { cell: WordCell(cell), block });
+        self.identity.missed_times.push(MissedTime { cell: WordCell(cell), block });
         cell
     }
 

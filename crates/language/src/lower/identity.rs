@@ -29,8 +29,8 @@ pub struct Identity {
     pub histories: Vec<History>,
     /// SRs, in file order; their histories are in `histories` too.
     pub shifts: Vec<ShiftRegister>,
-    /// The RETURNs, in file order.
-    pub returns: Vec<ReturnTime>,
+    /// The instructions that may end a subroutine's execution, in file order.
+    pub missed_times: Vec<MissedTime>,
     /// The subroutines that a CALL can reach from a Program or Task.
     pub called_subroutines: BTreeSet<BlockId>,
     /// The Programs whose Stages are retained, in file order.
@@ -79,9 +79,10 @@ pub struct History {
     pub text: String,
 }
 
-/// The time that the timers behind a RETURN have missed.
+/// The time that the timers behind an instruction have missed, because it ended the subroutine's
+/// execution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ReturnTime {
+pub struct MissedTime {
     /// Its word.
     pub cell: WordCell,
     /// The subroutine.

@@ -57,9 +57,31 @@ impl Assembler<'_> {
         };
         if let Some(lowered) = self.lowered(instruction, legs) {
             self.terminate(instruction.mnemonic.spec().termination, &lowered);
-            self.op(lowered.op);
+            if let Op::Control(control) = lowered.op
+                && self.may_end_subroutine(control.kind)
+            {
+                self.keep_time_over(control);
+            } else {
+                self.op(lowered.op);
+            }
         }
         self.note(Sites::end_instruction);
+    }
+
+    /// Whether a control instruction stands in a subroutine and may end its execution.
+    fn may_end_subroutine(&self, kind: ControlKind) -> bool {
+        let ends =
+            matches!(kind, ControlKind::Return | ControlKind::Halt(_) | ControlKind::Restart(_));
+        let callee_ends = self.subroutines_end_blocks && matches!(kind, ControlKind::Call(_));
+        (ends || callee_ends) && self.subroutines.contains_key(&self.site.element.block)
+    }
+
+    /// Puts a control instruction between the operations that keep the time of the timers behind.
+    fn keep_time_over(&mut self, control: Control) {
+        let (leg, missed_ms) = (control.leg, self.missed_time());
+        self.op(Op::Control(Control { leg, kind: ControlKind::KeepTime { missed_ms } }));
+        self.op(Op::Control(control));
+        self.op(Op::Control(Control { leg, kind: ControlKind::GiveTime { missed_ms } }));
     }
 
     /// Adds the steps of the termination pass that the instruction table names.
@@ -356,7 +378,7 @@ impl Assembler<'_> {
     fn call_or_return(&mut self, instruction: &Instruction, leg: LegPowers) -> LoweredInstruction {
         let kind = match instruction.called() {
             Some(subroutine) => ControlKind::Call(self.subroutines[&subroutine]),
-            None => ControlKind::Return { missed_ms: self.return_time() },
+            None => ControlKind::Return,
         };
         self.control(kind, leg)
     }

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use super::instruction::Instruction;
 use super::program::{Block, BlockKind, Program, ProgramPart};
 use crate::source::span::Span;
-use rungd_engine::isa::{BlockId, OperandRole};
+use rungd_engine::isa::{BlockId, Mnemonic, OperandRole};
 
 /// A CALL.
 #[derive(Clone, Copy, Debug)]
@@ -39,6 +39,14 @@ impl Program {
     /// The subroutines, in file order.
     pub fn subroutines(&self) -> impl Iterator<Item = &Block> {
         self.blocks.iter().filter(|block| block.is_subroutine())
+    }
+
+    /// Whether a HALT or RESTART stands in a subroutine, which may end the execution of the block in
+    /// whose turn it is.
+    pub fn subroutines_end_blocks(&self) -> bool {
+        let ends = |mnemonic| matches!(mnemonic, Mnemonic::Halt | Mnemonic::Restart);
+        self.subroutines().next().is_some()
+            && self.instructions().any(|(block, one)| block.is_subroutine() && ends(one.mnemonic))
     }
 
     /// All CALLs of subroutines, in file order.

@@ -55,7 +55,7 @@ struct Uses {
     /// The words of its presets.
     presets: Vec<u32>,
     /// Whether a RETURN is in its element.
-    has_return: bool,
+    keeps_time: bool,
     /// The constants that it is compared with.
     compared: Vec<i32>,
 }
@@ -107,22 +107,22 @@ impl FormSearch<'_> {
     fn element(&mut self, element: &ElementCode) {
         let tables = &self.code.tables;
         let batches = || element.batches.clone().map(|at| tables.batches[at as usize]);
-        let has_return = batches().flat_map(|batch| tables.ops_of(batch)).any(|op| is_return(&op));
+        let keeps_time = batches().flat_map(|batch| tables.ops_of(batch)).any(|op| keeps_time(&op));
         for batch in batches() {
             for (nth, op) in (0..).zip(tables.ops_of(batch)) {
                 if let Op::Math(math) = &op {
                     self.math(math, &tables.formula(batch, nth));
                 } else {
-                    self.op(&op, has_return);
+                    self.op(&op, keeps_time);
                 }
             }
         }
     }
 
-    fn op(&mut self, op: &Op, has_return: bool) {
+    fn op(&mut self, op: &Op, keeps_time: bool) {
         if let Some((timer, counting)) = timer_of(op) {
             self.owner(timer.at, counting, timer.preset);
-            self.uses(timer.at).has_return |= has_return;
+            self.uses(timer.at).keeps_time |= keeps_time;
         } else if let Op::Cnt(op) = op {
             self.owner(op.counter.at, Counting::Up, op.preset);
         } else if let Op::Cntdn(op) = op {
@@ -149,7 +149,7 @@ impl FormSearch<'_> {
         self.uses.entry(word).or_insert(Uses {
             owners: Vec::new(),
             presets: Vec::new(),
-            has_return: false,
+            keeps_time: false,
             compared: Vec::new(),
         })
     }
@@ -271,7 +271,7 @@ impl FormSearch<'_> {
         let ends = uses.compared.iter();
         let above = ends.clone().map(|end| end.saturating_add(1)).max().unwrap_or(1).max(1);
         let below = ends.map(|end| end.saturating_sub(1)).min().unwrap_or(-1).min(-1);
-        let can_count_scans = uses.compared.is_empty() && !uses.has_return;
+        let can_count_scans = uses.compared.is_empty() && !uses.keeps_time;
         let scans = |ms: i32| (i64::from(ms.max(0)) as u64).div_ceil(self.period_ms as u64) as i32;
         match counting {
             Counting::TimeUp if can_count_scans => {
@@ -289,9 +289,9 @@ impl FormSearch<'_> {
     }
 }
 
-/// Whether an operation is a RETURN.
-pub(super) fn is_return(op: &Op) -> bool {
-    matches!(op, Op::Control(Control { kind: ControlKind::Return { .. }, .. }))
+/// Whether timers behind an operation may have missed time.
+pub(super) fn keeps_time(op: &Op) -> bool {
+    matches!(op, Op::Control(Control { kind: ControlKind::KeepTime { .. }, .. }))
 }
 
 /// The timer that an operation owns.

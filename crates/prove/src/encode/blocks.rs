@@ -299,8 +299,17 @@ impl Encoder<'_> {
                 let ended = self.under(on, |scan| scan.call(subroutine, element));
                 self.ends(ended)
             }
-            ControlKind::Return { missed_ms } => {
-                self.return_if(on, missed_ms);
+            // It ends the subroutine's execution, not that of the block.
+            ControlKind::Return => {
+                self.guard = self.graph.and(self.guard, !on);
+                Literal::FALSE
+            }
+            ControlKind::KeepTime { missed_ms } => {
+                self.keep_time(missed_ms);
+                Literal::FALSE
+            }
+            ControlKind::GiveTime { missed_ms } => {
+                self.give_time(missed_ms);
                 Literal::FALSE
             }
         }

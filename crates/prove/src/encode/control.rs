@@ -9,16 +9,19 @@ use rungd_engine::isa::{BlockId, ElementId, StageId};
 use rungd_engine::ops::StageList;
 
 impl Encoder<'_> {
-    /// RETURN: ends the subroutine's execution, not that of the block.
-    pub(super) fn return_if(&mut self, on: Literal, missed_ms: u32) {
+    /// Adds the time since the last execution to what the timers behind have missed.
+    pub(super) fn keep_time(&mut self, missed_ms: u32) {
         let missed = self.word(missed_ms);
         let elapsed = self.elapsed_ms();
-        let elapsed = elapsed.add(&mut self.graph, &missed);
-        let elapsed = elapsed.clamp(&mut self.graph, i32::MIN, i32::MAX);
-        let missed = self.choose(on, &elapsed, &Number::constant(0));
+        let missed = missed.add(&mut self.graph, &elapsed);
+        let missed = missed.clamp(&mut self.graph, i32::MIN, i32::MAX);
         self.put_word(missed_ms, missed);
-        self.elapsed = Some(Elapsed::Ms(elapsed));
-        self.guard = self.graph.and(self.guard, !on);
+    }
+
+    /// Gives the timers behind the time that they have missed.
+    pub(super) fn give_time(&mut self, missed_ms: u32) {
+        self.elapsed = Some(Elapsed::Ms(self.word(missed_ms)));
+        self.put_word(missed_ms, Number::constant(0));
     }
 
     pub(super) fn rises(&mut self, history: u32, on: Literal) -> Literal {

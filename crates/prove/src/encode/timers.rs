@@ -4,7 +4,7 @@
 //! its last pass. Programs, Stages, and Tasks that run once have then executed in the scan before:
 //! their time is one period. Recurrent Tasks and subroutines count the scans.
 
-use super::acc_forms::{AccForm, is_return, timer_of};
+use super::acc_forms::{AccForm, keeps_time, timer_of};
 use super::encoder::Encoder;
 use super::held::{Elapsed, OwnNumber};
 use super::number::Number;
@@ -24,7 +24,7 @@ impl Encoder<'_> {
         let tables = &self.code.tables;
         let batches = code.batches.clone().map(|at| tables.batches[at as usize]);
         let ages = batches.flat_map(|batch| tables.ops_of(batch)).filter_map(|op| {
-            if is_return(&op) {
+            if keeps_time(&op) {
                 return Some(all);
             }
             let (timer, _) = timer_of(&op)?;

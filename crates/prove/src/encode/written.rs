@@ -317,8 +317,10 @@ impl<'c> WrittenCells<'c> {
                 self.left.extend(&self.code.tables.stage_lists[from.places()]);
             }
             ControlKind::Stop => self.stops = true,
-            ControlKind::Call(_) => {}
-            ControlKind::Return { missed_ms } => self.put(missed_ms, WordRange::NOT_NEGATIVE),
+            ControlKind::Call(_) | ControlKind::Return => {}
+            ControlKind::KeepTime { missed_ms } | ControlKind::GiveTime { missed_ms } => {
+                self.put(missed_ms, WordRange::NOT_NEGATIVE);
+            }
         }
     }
 

@@ -260,7 +260,7 @@ impl TimedElement {
                 let state = timer.at * RECORD as u32 + FLAGS as u32;
                 timed.timers.running.push(state + timer_state::RUNNING);
             }
-            if let Op::Control(Control { kind: ControlKind::Return { missed_ms }, .. }) = op {
+            if let Op::Control(Control { kind: ControlKind::KeepTime { missed_ms }, .. }) = op {
                 timed.withheld.push(missed_ms);
             }
         }

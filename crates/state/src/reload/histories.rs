@@ -60,19 +60,19 @@ pub(super) fn histories(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
         }
     }
     share(plan, names, new.into_iter().flatten());
-    returns(plan, names);
+    missed_times(plan, names);
 }
 
-/// Pairs the RETURNs of each subroutine in their order: the timers behind keep the time that they
-/// have missed.
-fn returns(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
+/// Pairs the instructions that may end a subroutine in their order: the timers behind keep the time
+/// that they have missed.
+fn missed_times(plan: &mut ReloadPlan, names: &ElementPairs<'_>) {
     let mut waiting: HashMap<BlockId, VecDeque<WordCell>> = HashMap::new();
-    for before in &names.old.returns {
+    for before in &names.old.missed_times {
         if let Some(block) = names.block(before.block) {
             waiting.entry(block).or_default().push_back(before.cell);
         }
     }
-    for now in &names.new.returns {
+    for now in &names.new.missed_times {
         if let Some(from) = waiting.get_mut(&now.block).and_then(VecDeque::pop_front) {
             plan.transfer.words.push(KeptCells { from: from.0, to: now.cell.0, count: 1 });
         }
