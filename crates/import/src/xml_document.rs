@@ -7,12 +7,12 @@ use roxmltree::{Document, ParsingOptions};
 
 /// Most nodes of a file: a file of 200 MB has some ten million.
 const NODES_MAX: u32 = 20_000_000;
-/// Most rungs, or elements of ladders, of a file; large plants have some ten thousand.
+/// Most rungs and tags, or elements of ladders, of a file; large plants have some ten thousand.
 const PARTS_MAX: usize = 100_000;
 /// Most opening parentheses of a file: every instruction in the text of a rung has one.
 const CALLS_MAX: usize = 2_000_000;
 
-/// The document of a text, in which elements with one of these names are parts of ladders.
+/// The document of a text, in which elements with one of these names are counted.
 ///
 /// # Errors
 /// The text is no XML, or has more of something than any program; the reason names it.

@@ -136,8 +136,8 @@ pub(crate) struct TaskDefinition {
     pub(crate) programs: Vec<String>,
 }
 
-/// The elements that are parts of ladders.
-const PARTS: [&str; 1] = ["Rung"];
+/// The elements of which a file may have so many that they are counted.
+const PARTS: [&str; 4] = ["Rung", "Tag", "LocalTag", "Member"];
 
 /// Reads a file.
 ///

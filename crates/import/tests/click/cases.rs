@@ -1,4 +1,4 @@
-//! Named cases: what CLICK's manual says, and what gets a stub.
+//! Named cases: what `laddercodec` and `pyrung` make of CLICK's instructions, and what gets a stub.
 
 use rungd_import::click;
 use rungd_import::model::Fate;
