@@ -41,8 +41,8 @@ impl Program {
         self.blocks.iter().filter(|block| block.is_subroutine())
     }
 
-    /// Whether a HALT or RESTART stands in a subroutine, which may end the execution of the block in
-    /// whose turn it is.
+    /// Whether a HALT or RESTART stands in a subroutine, which may end the execution of the block
+    /// in whose turn it is.
     pub fn subroutines_end_blocks(&self) -> bool {
         let ends = |mnemonic| matches!(mnemonic, Mnemonic::Halt | Mnemonic::Restart);
         self.subroutines().next().is_some()

@@ -248,71 +248,51 @@ impl Encoder<'_> {
                     scan.halt(restart.program);
                     scan.start_program(restart.program);
                 });
-                if restart.program == element.block { self.ends(rises) } else { Literal::FALSE }
+                if restart.program == element.block {
+                    return self.ends(rises);
+                }
             }
             ControlKind::EnableOnce { task, history } => {
                 let rises = self.rises(history, on);
                 self.under(rises, |scan| scan.enable_once(task));
-                Literal::FALSE
             }
             ControlKind::EnableEvery { task, every, pick } => {
                 let runs = self.running(task);
                 let enables = self.graph.and(on, !runs);
                 self.under(enables, |scan| scan.enable_every(task, every, pick));
                 self.under(!on, |scan| scan.halt(task));
-                Literal::FALSE
             }
-            ControlKind::Run(program) => {
-                self.under(on, |scan| scan.start_program(program));
-                Literal::FALSE
-            }
+            ControlKind::Run(program) => self.under(on, |scan| scan.start_program(program)),
             ControlKind::Halt(block) => {
                 self.under(on, |scan| scan.halt(block));
-                if block == element.block { self.ends(on) } else { Literal::FALSE }
+                if block == element.block {
+                    return self.ends(on);
+                }
             }
             ControlKind::Exit => {
                 self.under(on, |scan| scan.halt(element.block));
-                self.ends(on)
+                return self.ends(on);
             }
             ControlKind::StageOn(stage) => {
-                self.under(on, |scan| scan.switch_stage(stage, Literal::TRUE));
-                Literal::FALSE
+                self.under(on, |scan| scan.switch_stage(stage, Literal::TRUE))
             }
-            ControlKind::StageOff(stage) => {
-                self.under(on, |scan| scan.leave_stage(stage));
-                Literal::FALSE
-            }
+            ControlKind::StageOff(stage) => self.under(on, |scan| scan.leave_stage(stage)),
             ControlKind::Stop => {
                 let stops = self.graph.and(self.guard, on);
                 self.stop_requested = self.graph.or(self.stop_requested, stops);
-                Literal::FALSE
             }
-            ControlKind::Jump(targets) => {
-                self.under(on, |scan| scan.jump(targets, element));
-                Literal::FALSE
-            }
-            ControlKind::Converge { from, to } => {
-                self.under(on, |scan| scan.converge(from, to));
-                Literal::FALSE
-            }
+            ControlKind::Jump(targets) => self.under(on, |scan| scan.jump(targets, element)),
+            ControlKind::Converge { from, to } => self.under(on, |scan| scan.converge(from, to)),
             ControlKind::Call(subroutine) => {
                 let ended = self.under(on, |scan| scan.call(subroutine, element));
-                self.ends(ended)
+                return self.ends(ended);
             }
             // It ends the subroutine's execution, not that of the block.
-            ControlKind::Return => {
-                self.guard = self.graph.and(self.guard, !on);
-                Literal::FALSE
-            }
-            ControlKind::KeepTime { missed_ms } => {
-                self.keep_time(missed_ms);
-                Literal::FALSE
-            }
-            ControlKind::GiveTime { missed_ms } => {
-                self.give_time(missed_ms);
-                Literal::FALSE
-            }
+            ControlKind::Return => self.guard = self.graph.and(self.guard, !on),
+            ControlKind::KeepTime { missed_ms } => self.keep_time(missed_ms),
+            ControlKind::GiveTime { missed_ms } => self.give_time(missed_ms),
         }
+        Literal::FALSE
     }
 
     /// Narrows the guard to what follows an end of the execution; returns when it ends.
