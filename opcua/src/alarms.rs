@@ -63,11 +63,11 @@ impl ConditionBook {
         };
         let news = over.chain(now.values().filter(is_news).cloned());
         let events: Vec<AlarmEvent> =
-            news.map(|alarm| AlarmEvent::new(self.namespace, &alarm)).collect();
+            news.map(|alarm| AlarmEvent::of_alarm(self.namespace, &alarm)).collect();
         let mut standing = locked(&self.standing);
         standing.retain(|tag, _| now.contains_key(tag));
-        for event in events.iter().filter(|event| now.contains_key(&event.tag)) {
-            standing.insert(event.tag.clone(), event.clone());
+        for event in events.iter().filter(|event| now.contains_key(event.tag())) {
+            standing.insert(event.tag().to_owned(), event.clone());
         }
         drop(standing);
         let root = node_id(self.namespace, ROOT);
@@ -79,7 +79,7 @@ impl ConditionBook {
     /// Tells that nodes came or went.
     pub fn model_changed(&self, handle: &ServerHandle) {
         let kind = ObjectTypeId::GeneralModelChangeEventType;
-        let event = PlainEvent::new(kind, "the program has changed");
+        let event = PlainEvent::now(kind, "the program has changed");
         let server = NodeId::from(ObjectId::Server);
         handle.subscriptions().notify_events([(&event as &dyn Event, &server)].into_iter());
     }
@@ -103,25 +103,52 @@ fn severity(priority: Priority) -> u16 {
     }
 }
 
-/// A state of an alarm, as an event.
+/// An event: what all have, and the fields of its kind.
 #[derive(Clone, Debug)]
-pub struct AlarmEvent {
+pub struct ToldEvent<F> {
     id: ByteString,
     event_type: NodeId,
+    time: DateTime,
+    fields: F,
+}
+
+impl<F> ToldEvent<F> {
+    fn new(kind: ObjectTypeId, time: DateTime, fields: F) -> ToldEvent<F> {
+        ToldEvent { id: new_event_id(), event_type: kind.into(), time, fields }
+    }
+}
+
+/// The fields of a kind of event.
+trait EventFields {
+    /// The node that the event is of, for clients that name it.
+    fn node(&self) -> Option<&NodeId>;
+
+    /// The content of a field; empty if this kind does not have it.
+    fn field(&self, path: &str) -> Variant;
+}
+
+/// A state of an alarm, as an event.
+pub type AlarmEvent = ToldEvent<AlarmFields>;
+
+/// An event without a condition: nodes came or went, a refresh begins or ends.
+pub type PlainEvent = ToldEvent<PlainFields>;
+
+/// The fields of an alarm.
+#[derive(Clone, Debug)]
+pub struct AlarmFields {
     condition: NodeId,
     source: NodeId,
     tag: String,
     text: String,
     state: AlarmState,
     priority: Priority,
-    time: DateTime,
     /// The user who acknowledged it.
     who: String,
 }
 
 impl AlarmEvent {
     /// The state of an alarm.
-    pub fn new(namespace: u16, alarm: &AlarmStatus) -> AlarmEvent {
+    pub fn of_alarm(namespace: u16, alarm: &AlarmStatus) -> AlarmEvent {
         let acknowledged = alarm.acknowledged.as_ref();
         let times = [
             alarm.since.map(|time| time.unix_ns),
@@ -129,49 +156,57 @@ impl AlarmEvent {
             acknowledged.map(|ack| ack.unix_ns),
         ];
         let latest = times.into_iter().flatten().max();
-        AlarmEvent {
-            id: new_event_id(),
-            event_type: ObjectTypeId::AlarmConditionType.into(),
+        let fields = AlarmFields {
             condition: condition_id(namespace, &alarm.tag),
             source: node_id(namespace, &alarm.tag),
             tag: alarm.tag.clone(),
             text: alarm.text.clone(),
             state: alarm.state,
             priority: alarm.priority,
-            time: latest.map_or_else(DateTime::now, time),
             who: acknowledged.map_or_else(String::new, |ack| ack.who.clone()),
-        }
+        };
+        let time = latest.map_or_else(DateTime::now, time);
+        ToldEvent::new(ObjectTypeId::AlarmConditionType, time, fields)
     }
 
     /// Whether nothing is left to acknowledge.
     pub fn is_acknowledged(&self) -> bool {
-        match self.state {
-            AlarmState::Unacknowledged | AlarmState::Returned => false,
-            AlarmState::Acknowledged | AlarmState::Normal => true,
-        }
+        self.fields.is_acknowledged()
     }
 
     /// The alarm.
     pub fn tag(&self) -> &str {
-        &self.tag
+        &self.fields.tag
     }
 
     /// Its identity, which an acknowledgement names.
     pub fn id(&self) -> &ByteString {
         &self.id
     }
+}
 
-    /// The content of a field; empty if an alarm of rungd does not have it.
+impl AlarmFields {
+    /// Whether nothing is left to acknowledge.
+    fn is_acknowledged(&self) -> bool {
+        match self.state {
+            AlarmState::Unacknowledged | AlarmState::Returned => false,
+            AlarmState::Acknowledged | AlarmState::Normal => true,
+        }
+    }
+}
+
+impl EventFields for AlarmFields {
+    fn node(&self) -> Option<&NodeId> {
+        Some(&self.condition)
+    }
+
     fn field(&self, path: &str) -> Variant {
         let word = |text: &str| Variant::from(LocalizedText::new("en", text));
         let both = |is: bool, yes: &str, no: &str| word(if is { yes } else { no });
         let (active, acked) = (self.state.is_active(), self.is_acknowledged());
         match path {
-            "EventId" => Variant::from(self.id.clone()),
-            "EventType" => Variant::from(self.event_type.clone()),
             "SourceNode" => Variant::from(self.source.clone()),
             "SourceName" | "ConditionName" => Variant::from(UAString::from(self.tag.as_str())),
-            "Time" | "ReceiveTime" => Variant::from(self.time),
             "Message" => word(&self.text),
             "Severity" | "LastSeverity" => Variant::from(severity(self.priority)),
             "BranchId" => Variant::from(NodeId::null()),
@@ -196,6 +231,35 @@ impl AlarmEvent {
     }
 }
 
+/// The fields of an event without a condition.
+#[derive(Clone, Debug)]
+pub struct PlainFields {
+    message: &'static str,
+}
+
+impl PlainEvent {
+    /// An event of this time.
+    pub fn now(kind: ObjectTypeId, message: &'static str) -> PlainEvent {
+        ToldEvent::new(kind, DateTime::now(), PlainFields { message })
+    }
+}
+
+impl EventFields for PlainFields {
+    fn node(&self) -> Option<&NodeId> {
+        None
+    }
+
+    fn field(&self, path: &str) -> Variant {
+        match path {
+            "SourceNode" => Variant::from(NodeId::from(ObjectId::Server)),
+            "SourceName" => Variant::from(UAString::from("Server")),
+            "Message" => Variant::from(LocalizedText::new("en", self.message)),
+            "Severity" => Variant::from(100_u16),
+            _ => Variant::Empty,
+        }
+    }
+}
+
 /// The names of a path, joined by `/`; `None`: it has names of other namespaces.
 fn joined(path: &[QualifiedName]) -> Option<String> {
     let names: Option<Vec<&str>> =
@@ -203,84 +267,29 @@ fn joined(path: &[QualifiedName]) -> Option<String> {
     names.map(|names| names.join("/"))
 }
 
-impl EventField for AlarmEvent {
+impl<F: EventFields> EventField for ToldEvent<F> {
     fn get_value(
         &self,
         attribute_id: AttributeId,
         _: &NumericRange,
         path: &[QualifiedName],
     ) -> Variant {
-        match (attribute_id, path) {
+        let node = self.fields.node();
+        match (attribute_id, path, joined(path).as_deref()) {
             // The condition itself: clients name it to acknowledge.
-            (AttributeId::NodeId, []) => Variant::from(self.condition.clone()),
-            (AttributeId::Value, path) => {
-                joined(path).map_or(Variant::Empty, |path| self.field(&path))
+            (AttributeId::NodeId, [], _) => {
+                node.map_or(Variant::Empty, |node| Variant::from(node.clone()))
             }
+            (AttributeId::Value, _, Some("EventId")) => Variant::from(self.id.clone()),
+            (AttributeId::Value, _, Some("EventType")) => Variant::from(self.event_type.clone()),
+            (AttributeId::Value, _, Some("Time" | "ReceiveTime")) => Variant::from(self.time),
+            (AttributeId::Value, _, Some(path)) => self.fields.field(path),
             _ => Variant::Empty,
         }
     }
 }
 
-impl Event for AlarmEvent {
-    fn get_field(
-        &self,
-        _: &NodeId,
-        attribute_id: AttributeId,
-        index_range: &NumericRange,
-        path: &[QualifiedName],
-    ) -> Variant {
-        self.get_value(attribute_id, index_range, path)
-    }
-
-    fn time(&self) -> &DateTime {
-        &self.time
-    }
-
-    fn event_type_id(&self) -> &NodeId {
-        &self.event_type
-    }
-}
-
-/// An event without a condition: nodes came or went, a refresh begins or ends.
-#[derive(Debug)]
-pub struct PlainEvent {
-    id: ByteString,
-    event_type: NodeId,
-    message: &'static str,
-    time: DateTime,
-}
-
-impl PlainEvent {
-    /// An event of this time.
-    pub fn new(kind: ObjectTypeId, message: &'static str) -> PlainEvent {
-        PlainEvent { id: new_event_id(), event_type: kind.into(), message, time: DateTime::now() }
-    }
-}
-
-impl EventField for PlainEvent {
-    fn get_value(
-        &self,
-        attribute_id: AttributeId,
-        _: &NumericRange,
-        path: &[QualifiedName],
-    ) -> Variant {
-        if attribute_id != AttributeId::Value {
-            return Variant::Empty;
-        }
-        match joined(path).as_deref() {
-            Some("EventId") => Variant::from(self.id.clone()),
-            Some("EventType") => Variant::from(self.event_type.clone()),
-            Some("SourceNode") => Variant::from(NodeId::from(ObjectId::Server)),
-            Some("SourceName") => Variant::from(UAString::from("Server")),
-            Some("Time" | "ReceiveTime") => Variant::from(self.time),
-            Some("Message") => Variant::from(LocalizedText::new("en", self.message)),
-            Some("Severity") => Variant::from(100_u16),
-            Some(_) | None => Variant::Empty,
-        }
-    }
-}
-
-impl Event for PlainEvent {
+impl<F: EventFields> Event for ToldEvent<F> {
     fn get_field(
         &self,
         _: &NodeId,

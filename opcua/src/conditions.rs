@@ -100,8 +100,8 @@ impl ConditionMethods {
 
     /// Tells what stands once more.
     fn refresh(&self, context: &RequestContext) -> StatusCode {
-        let begin = PlainEvent::new(ObjectTypeId::RefreshStartEventType, "the refresh begins");
-        let end = PlainEvent::new(ObjectTypeId::RefreshEndEventType, "the refresh ends");
+        let begin = PlainEvent::now(ObjectTypeId::RefreshStartEventType, "the refresh begins");
+        let end = PlainEvent::now(ObjectTypeId::RefreshEndEventType, "the refresh ends");
         let standing: Vec<AlarmEvent> = locked(&self.standing).values().cloned().collect();
         let server = NodeId::from(ObjectId::Server);
         let alarms = standing.iter().map(|event| event as &dyn Event);

@@ -41,3 +41,4 @@ pub mod fleet;
 pub mod journal;
 pub mod metrics;
 pub mod opcua;
+pub mod settings_file;

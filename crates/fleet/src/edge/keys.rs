@@ -6,28 +6,17 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use super::settings::{BrokerKeys, EdgeSettings, PublishRule};
-use rungd_config::load::decode;
+use crate::settings_file::{ReadSettings, read_settings};
 use rungd_engine::isa::{Real, duration};
-use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::{Key, NOT_EMPTY, key};
 use rungd_language::source::reader::{self, Constant, Table, Text};
 use rungd_language::source::shape::{TableShape, ValueForm};
-use rungd_language::source::span::{FileId, Located, SourceFile, Span};
+use rungd_language::source::span::{Located, Span};
 use rungd_language::source::value_kind::{Millis, ParsedText, ValueKind, read_duration};
 use rungd_language::source::wording::is_unseen;
 use rungd_net::mqtt::BrokerAddress;
 use rungd_net::sparkplug::check_name;
-
-/// The result of reading an EDGE.toml.
-#[derive(Debug)]
-pub struct ReadEdge {
-    /// The file.
-    pub file: SourceFile,
-    /// All findings, in the order of their places.
-    pub findings: Vec<Finding>,
-    /// The settings; `None` if a finding is an error.
-    pub settings: Option<EdgeSettings>,
-}
 
 /// The limits of a time, ms: the minimum, the maximum, the default.
 struct TimeLimits(u32, u32, u32);
@@ -41,32 +30,16 @@ const EVERY: TimeLimits = TimeLimits(0, 86_400_000, 0);
 const LIST_MAX: usize = 10_000;
 
 /// Reads EDGE.toml. `path`: the path of the file. Paths in the file are relative to its folder.
-pub fn read_edge(path: &Path, bytes: &[u8]) -> ReadEdge {
-    let (text, undecoded) = decode(bytes, FileId(0));
-    let file = SourceFile { name: path.display().to_string(), text };
-    let mut findings: Vec<Finding> = undecoded.into_iter().collect();
-    let base = path.parent().unwrap_or(Path::new(""));
-    let mut settings = None;
-    if findings.is_empty() {
-        let (read, found) =
-            reader::document(&file.text, FileId(0), |root| read_root(root, Some(base)));
-        findings.extend(found);
-        settings = read;
-    }
-    findings.sort_by_key(|finding| {
-        (finding.span.file, finding.span.start, finding.span.end, finding.code)
-    });
-    let is_refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
-    ReadEdge { file, findings, settings: settings.filter(|_| !is_refused) }
+pub fn read_edge(path: &Path, bytes: &[u8]) -> ReadSettings<EdgeSettings> {
+    read_settings(path, bytes, read_root)
 }
 
 /// The keys of EDGE.toml.
 pub fn shape() -> TableShape {
-    reader::shape(|root| drop(read_root(root, None)))
+    reader::shape(|root| drop(read_root(root, Path::new(""))))
 }
 
-fn read_root(mut root: Table<'_>, base: Option<&Path>) -> EdgeSettings {
-    let base = base.unwrap_or(Path::new(""));
+fn read_root(mut root: Table<'_>, base: &Path) -> EdgeSettings {
     root.require("node", "{ group = \"plant\", name = \"press-3\" }");
     let node = root.table(key("node", "The node: its group, name and controller."), "`[node]`");
     let (group, name, socket, state_dir) =

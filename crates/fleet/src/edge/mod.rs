@@ -21,7 +21,7 @@ mod shell;
 mod tags;
 mod throttle;
 
-pub use keys::{ReadEdge, read_edge, shape};
+pub use keys::{read_edge, shape};
 pub use node::{EdgeNode, NodeAction};
 pub use settings::{BrokerKeys, EdgeSettings, PublishRule};
 pub use shell::run;

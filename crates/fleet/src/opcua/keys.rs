@@ -6,26 +6,15 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
 use rungd_base::directories;
-use rungd_config::load::decode;
-use rungd_language::source::finding::{Code, Finding, Severity};
+use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{self, Table, Text};
 use rungd_language::source::shape::TableShape;
-use rungd_language::source::span::{FileId, Located, SourceFile, Span};
+use rungd_language::source::span::{Located, Span};
 use rungd_language::source::value_kind::ParsedText;
 
 use super::settings::OpcUaSettings;
-
-/// The result of reading an OPCUA.toml.
-#[derive(Debug)]
-pub struct ReadOpcUa {
-    /// The file.
-    pub file: SourceFile,
-    /// All findings, in the order of their places.
-    pub findings: Vec<Finding>,
-    /// The settings; `None` if a finding is an error.
-    pub settings: Option<OpcUaSettings>,
-}
+use crate::settings_file::{ReadSettings, read_settings};
 
 /// The most sessions: the least, the most, and without the key.
 const SESSIONS: (i64, i64, usize) = (1, 200, 50);
@@ -35,20 +24,8 @@ const LIST_MAX: usize = 10_000;
 const PORT: u16 = 4840;
 
 /// Reads OPCUA.toml. `path`: the path of the file. Paths in the file are relative to its folder.
-pub fn read_opcua(path: &Path, bytes: &[u8]) -> ReadOpcUa {
-    let (text, undecoded) = decode(bytes, FileId(0));
-    let file = SourceFile { name: path.display().to_string(), text };
-    let mut findings: Vec<Finding> = undecoded.into_iter().collect();
-    let base = path.parent().unwrap_or(Path::new(""));
-    let mut settings = None;
-    if findings.is_empty() {
-        let (read, found) = reader::document(&file.text, FileId(0), |root| read_root(root, base));
-        findings.extend(found);
-        settings = read;
-    }
-    findings.sort_by_key(|finding| (finding.span.file, finding.span.start, finding.code));
-    let is_refused = findings.iter().any(|finding| finding.severity() == Severity::Error);
-    ReadOpcUa { file, findings, settings: settings.filter(|_| !is_refused) }
+pub fn read_opcua(path: &Path, bytes: &[u8]) -> ReadSettings<OpcUaSettings> {
+    read_settings(path, bytes, read_root)
 }
 
 /// The keys of OPCUA.toml.
@@ -213,7 +190,7 @@ fn finding(span: Span, message: String, help: &str) -> Finding {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> ReadOpcUa {
+    fn read(text: &str) -> ReadSettings<OpcUaSettings> {
         read_opcua(Path::new("/etc/rungd/opcua.toml"), text.as_bytes())
     }
 

@@ -6,5 +6,5 @@
 mod keys;
 mod settings;
 
-pub use keys::{ReadOpcUa, read_opcua, shape};
+pub use keys::{read_opcua, shape};
 pub use settings::OpcUaSettings;

@@ -55,6 +55,15 @@ fn a_device_stays_lost_over_a_new_process() {
 }
 
 #[test]
+fn before_the_first_scan_of_a_process_no_device_was_there_as_in_a_test() {
+    let lines = "always = [\"!$FirstScan | !was(line1.Ok)\", \"was(line1.Ok)\"]\n";
+    for events in ["", "[prove]\nevents = [\"restart\"]\n"] {
+        let found = answers(PUMP, &format!("{lines}{events}"));
+        assert_eq!(words_of(&found), ["proved", "violated"], "{found:#?}");
+    }
+}
+
+#[test]
 fn what_holds_without_the_device_is_proved_by_its_settings() {
     let controller = r#"
 ladder = ["ladder.toml"]
