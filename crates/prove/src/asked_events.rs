@@ -5,7 +5,7 @@
 
 use crate::events::{KeptLimits, ModelEvents, RememberedCell, RetainedCell, ScanEvent};
 use crate::explore::effects::{EffectCells, Effects};
-use rungd_engine::isa::{Address, BlockId};
+use rungd_engine::isa::{Address, Bit, BlockId};
 use rungd_engine::{BitCell, Cell, EngineProgram, KeptCells, Transfer, WordCell};
 use rungd_lab::testing::{ProofEvent, Suite};
 use rungd_language::lower::judged::JudgeBlocks;
@@ -37,7 +37,8 @@ impl EventQuestion<'_> {
         let observer = observer.and_then(|view| view.observed().observer);
         let cell = |address: &Address| code.layout.cell(*address);
         let remembered = self.remembered.iter().filter_map(|(place, kept)| {
-            Some(RememberedCell { place: cell(place)?, kept: cell(kept)? })
+            let is_of_device = matches!(place, Address::Bit(Bit::Device(..)));
+            Some(RememberedCell { place: cell(place)?, kept: cell(kept)?, is_of_device })
         });
         let remembered = remembered.collect();
         let observed = observer.map_or(Vec::new(), |block| written_by(code, block));

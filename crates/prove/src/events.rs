@@ -89,6 +89,8 @@ pub struct RememberedCell {
     pub place: Cell,
     /// The cell of its value at the end of the scan before.
     pub kept: Cell,
+    /// Whether x is a device's: it is OFF when a process starts, and the device connects then.
+    pub is_of_device: bool,
 }
 
 /// What happens behind a scan of a path.
@@ -188,8 +190,9 @@ impl ModelEvents {
         }
         engine.start(next_ns);
         untouched.put_back(engine, events);
-        for RememberedCell { place, kept } in &events.remembered {
-            engine.restore(*kept, engine.image().value(*place));
+        for RememberedCell { place, kept, is_of_device } in &events.remembered {
+            let is_off = *is_of_device && event.begins_process();
+            engine.restore(*kept, if is_off { 0 } else { engine.image().value(*place) });
         }
     }
 

@@ -305,7 +305,7 @@ impl ValueKind for TimeLimits {
 mod tests {
     use super::*;
 
-    fn read(text: &str) -> ReadEdge {
+    fn read(text: &str) -> ReadSettings<EdgeSettings> {
         read_edge(Path::new("/etc/rungd/edge.toml"), text.as_bytes())
     }
 

@@ -53,7 +53,7 @@ impl Encoder<'_> {
         self.under(begins_process, |scan| scan.begin_process(&found));
         self.under(continues, |scan| scan.start(&found.stages));
         self.under(continues, |scan| scan.put_all(&untouched));
-        self.under(continues, |scan| scan.remember());
+        self.under(continues, |scan| scan.remember(begins_process));
         self.begin_ages(continues, begins_process);
         self.begin_status(continues);
     }
@@ -350,9 +350,12 @@ impl Encoder<'_> {
     }
 
     /// What is remembered is memory as started.
-    fn remember(&mut self) {
-        for RememberedCell { place, kept } in self.model.events.remembered.clone() {
-            let value = self.value(place);
+    fn remember(&mut self, begins_process: Literal) {
+        for RememberedCell { place, kept, is_of_device } in self.model.events.remembered.clone() {
+            let mut value = self.value(place);
+            if is_of_device {
+                value = self.choose(begins_process, &Number::constant(0), &value);
+            }
             self.put(kept, &value);
         }
     }
