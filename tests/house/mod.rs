@@ -21,7 +21,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("src", &["main", "cli", "daemon"]),
     ("client", &["live", "operator"]),
     ("config", &["explain", "load", "controller"]),
-    ("fleet", &["edge", "fleet", "metrics", "opcua", "journal"]),
+    ("fleet", &["edge", "fleet", "metrics", "opcua", "journal", "settings_file"]),
     ("history", &["playback", "record", "observe"]),
     ("lab", &["draw", "testing", "rig", "traces", "svg"]),
     ("language", &["lower", "check", "resolve", "format", "source"]),
