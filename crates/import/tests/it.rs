@@ -3,6 +3,7 @@
 #![allow(missing_docs, clippy::wildcard_enum_match_arm)]
 
 mod click;
+mod damage;
 mod l5x;
 mod large;
 mod numbers;

@@ -14,7 +14,7 @@ use rungd_test_support::setting::setting;
 
 use super::file;
 use super::generator::routines;
-use crate::numbers::below;
+use crate::damage::damaged;
 use crate::plant;
 
 #[test]
@@ -63,30 +63,14 @@ fn the_rungs_of_the_files_of_a_folder_are_counted() {
     );
 }
 
-/// What damages a file: signs of the language, and letters of several bytes.
-const DAMAGE: [&str; 18] =
-    ["[", "]", "(", ")", ",", ".", ";", ":", "#", "-", "<", ">", "0", "9", "a", "&", "é", "€"];
-
 #[test]
 fn no_damage_to_a_file_causes_a_panic() {
     let mut random = SplitMix64(11);
     for _ in 0..setting("RUNGD_L5X_DAMAGED", 20) {
         let made = routines(&mut random);
         let whole = file(&made.tags, &made.main, &made.sub);
-        for _ in 0..20 {
-            let mut bytes = whole.clone().into_bytes();
-            for _ in 0..1 + below(&mut random, 4) {
-                let at = below(&mut random, bytes.len() as u64) as usize;
-                match below(&mut random, 3) {
-                    0 => {
-                        let damage = DAMAGE[below(&mut random, DAMAGE.len() as u64) as usize];
-                        drop(bytes.splice(at..=at, damage.bytes()));
-                    }
-                    1 => drop(bytes.remove(at)),
-                    _ => bytes.truncate(bytes.len() - below(&mut random, 9) as usize),
-                }
-            }
-            if let Ok(project) = l5x::read(&String::from_utf8_lossy(&bytes)) {
+        for text in damaged(&whole, &mut random) {
+            if let Ok(project) = l5x::read(&text) {
                 plant::errors(&project);
             }
         }

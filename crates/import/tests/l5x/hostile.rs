@@ -1,59 +1,15 @@
-//! Files that mean harm, and damaged ones: a reason or findings, never a panic.
+//! Files that mean harm: a reason or findings, never a panic. Damaged ones are in `files`.
 
-use rungd_base::random::SplitMix64;
 use rungd_import::l5x;
 use rungd_import::model::{Fate, ForeignProject};
-use rungd_test_support::setting::setting;
 
 use super::file;
-use super::generator::routines;
-use crate::numbers::below;
 use crate::plant;
-
-/// What damages a file: signs of XML and of rungs, and letters of several bytes.
-const DAMAGE: [&str; 16] =
-    ["[", "]", "(", ")", ",", ".", ";", "<", ">", "0", "9", "?", "&", "\"", "é", "€"];
 
 /// The project of a file with these tags and these rungs in its main routine.
 fn read(tags: &[&str], main: &[&str]) -> ForeignProject {
     let owned = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>();
     l5x::read(&file(&owned(tags), &owned(main), &[])).unwrap()
-}
-
-#[test]
-fn no_damage_to_a_file_causes_a_panic() {
-    let mut random = SplitMix64(12);
-    for _ in 0..setting("RUNGD_L5X_DAMAGED", 6) {
-        let made = routines(&mut random);
-        let whole = file(&made.tags, &made.main, &made.sub);
-        for _ in 0..20 {
-            let mut bytes = whole.clone().into_bytes();
-            for _ in 0..1 + below(&mut random, 4) {
-                let at = below(&mut random, bytes.len() as u64) as usize;
-                match below(&mut random, 2) {
-                    0 => {
-                        let damage = DAMAGE[below(&mut random, DAMAGE.len() as u64) as usize];
-                        drop(bytes.splice(at..=at, damage.bytes()));
-                    }
-                    _ => drop(bytes.remove(at)),
-                }
-            }
-            if let Ok(project) = l5x::read(&String::from_utf8_lossy(&bytes)) {
-                plant::errors(&project);
-            }
-        }
-    }
-}
-
-#[test]
-fn hostile_files_are_refused_with_a_reason() {
-    let bomb = "<!DOCTYPE a [<!ENTITY a \"aaaaaaaaaa\"><!ENTITY b \"&a;&a;&a;&a;\">]>\
-                <RSLogix5000Content>&b;</RSLogix5000Content>";
-    let deep = format!("<RSLogix5000Content>{}", "<Tag>".repeat(100_000));
-    for (text, wanted) in [(bomb, "DTD"), ("<other/>", ""), (deep.as_str(), ""), ("", "")] {
-        let why = l5x::read(text).expect_err("it is no L5X");
-        assert!(!why.is_empty() && why.contains(wanted), "{why}");
-    }
 }
 
 #[test]

@@ -7,31 +7,16 @@ use rungd_test_support::setting::setting;
 
 use super::file;
 use super::generator::project;
-use crate::numbers::below;
+use crate::damage::damaged;
 use crate::plant;
-
-/// What damages a file: signs of XML and of the language, and letters of several bytes.
-const DAMAGE: [&str; 16] =
-    ["[", "]", "(", "%", ".", "#", "-", "<", ">", "0", "9", "a", "&", "\"", "é", "€"];
 
 #[test]
 fn no_damage_to_a_file_causes_a_panic() {
     let mut random = SplitMix64(11);
     for _ in 0..setting("RUNGD_PLCOPEN_DAMAGED", 10) {
         let whole = project(&mut random).xml;
-        for _ in 0..20 {
-            let mut bytes = whole.clone().into_bytes();
-            for _ in 0..1 + below(&mut random, 4) {
-                let at = below(&mut random, bytes.len() as u64) as usize;
-                match below(&mut random, 2) {
-                    0 => {
-                        let damage = DAMAGE[below(&mut random, DAMAGE.len() as u64) as usize];
-                        drop(bytes.splice(at..=at, damage.bytes()));
-                    }
-                    _ => drop(bytes.remove(at)),
-                }
-            }
-            if let Ok(project) = plcopen::read(&String::from_utf8_lossy(&bytes)) {
+        for text in damaged(&whole, &mut random) {
+            if let Ok(project) = plcopen::read(&text) {
                 plant::errors(&project);
             }
         }
