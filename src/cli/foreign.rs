@@ -30,9 +30,13 @@ pub(super) fn is_foreign(path: &Path) -> bool {
     let mut head = [0; HEAD];
     let read = is_regular.then(|| File::open(path).and_then(|mut file| file.read(&mut head)));
     let Some(Ok(length)) = read else { return false };
-    let text = head[..length].strip_prefix(b"\xef\xbb\xbf").unwrap_or(&head[..length]);
-    let text = text.trim_ascii_start();
+    let text = begin(&head[..length]);
     text.starts_with(b"<") || text.starts_with(CLICK)
+}
+
+/// The text of a file from its first sign on.
+fn begin(bytes: &[u8]) -> &[u8] {
+    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes).trim_ascii_start()
 }
 
 /// The program of a foreign file; a rung that is not translated is the finding `imported-todo`.
@@ -91,7 +95,7 @@ mod project {
 
     use anyhow::{Context, Result};
 
-    use super::Stubs;
+    use super::{CLICK, Stubs, begin};
     use crate::cli::exit::CommandLine;
     use crate::cli::terminal::one_line;
     use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
@@ -130,7 +134,7 @@ mod project {
             l5x::read(&text)
         } else if plcopen::is_plcopen(&text) {
             plcopen::read(&text)
-        } else if click::is_click(&text) {
+        } else if begin(&bytes).starts_with(CLICK) {
             click::read(&text)
         } else {
             let message = format!("{}: no L5X, no PLCopen XML and no CLICK ladder in CSV", name());

@@ -8,9 +8,10 @@
 //! A slice keeps every operation that writes a known cell. The bits of the operation's block and
 //! Stage decide whether it executes, so these bits are then known too. Turns and passes execute in
 //! every slice; if one of them writes a known cell, the bits of its block are known too. The CALLs
-//! and RETURNs of a subroutine decide whether its operations execute: they are kept with them. STOP
-//! is always kept. The status bits of mishaps that a kept MATH can turn ON do not become known by
-//! that, so they are no reason to keep other MATHs.
+//! and RETURNs of a subroutine decide whether its operations execute, and what keeps the time of
+//! its timers decides how long they time: they are kept with them. STOP is always kept. The status
+//! bits of mishaps that a kept MATH can turn ON do not become known by that, so they are no reason
+//! to keep other MATHs.
 //!
 //! A slice also has its [`SliceCells`]: if the last execution of an operation changed nothing, and
 //! none of the operation's cells has changed since, then its next execution would change nothing
@@ -217,7 +218,7 @@ struct SliceSearch<'p> {
     /// The element of each step: batches, then passes, then turns.
     elements: Vec<ElementId>,
     kept: Vec<bool>,
-    /// By subroutine: the batches of its CALLs and RETURNs, until it has a kept step.
+    /// By subroutine: the batches that are kept with it, until it has a kept step.
     calls: NumberMap<u32, Vec<u32>>,
     /// Whether each cell is known.
     known: Vec<bool>,

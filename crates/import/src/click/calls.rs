@@ -1,6 +1,6 @@
 //! Coils, copies and sums of CLICK.
 
-use super::operand::ClickType;
+use super::operand::{ClickType, bank_and_number};
 use super::work::{ClickCall, RungWork};
 use crate::condition::RungCondition;
 
@@ -25,14 +25,8 @@ impl RungWork<'_> {
     /// The bits of `C1` or `C1..C4`.
     fn range(&mut self, text: &str) -> Result<Vec<String>, String> {
         let (first, last) = text.split_once("..").unwrap_or((text, text));
-        let split = |text: &str| {
-            let at = text.find(|c: char| c.is_ascii_digit())?;
-            Some((text[..at].to_owned(), text[at..].parse::<u32>().ok()?))
-        };
-        let ends = split(first.trim()).zip(split(last.trim()));
-        let Some(((bank, from), (other, to))) = ends else {
-            return Err(format!("the operand `{text}`"));
-        };
+        let (bank, from) = bank_and_number(first.trim())?;
+        let (other, to) = bank_and_number(last.trim())?;
         if bank != other || to < from || to - from > 255 {
             return Err(format!("the range `{text}`"));
         }

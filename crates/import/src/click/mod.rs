@@ -15,11 +15,6 @@ mod work;
 
 use crate::model::ForeignProject;
 
-/// Whether a text is a CLICK ladder.
-pub fn is_click(text: &str) -> bool {
-    text.trim_start_matches('\u{feff}').trim_start().starts_with(sheet::BEGIN)
-}
-
 /// The project of a CLICK ladder.
 ///
 /// # Errors

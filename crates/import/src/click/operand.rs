@@ -88,13 +88,9 @@ impl ClickMemory {
     /// It is none, or of a bank that is not translated.
     pub(super) fn address(&mut self, text: &str) -> Result<ClickOperand, String> {
         let text = text.trim();
-        let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
-        let (name, number) = text.split_at(digits);
-        let found = BANKS.iter().position(|bank| bank.name == name);
-        let number = number.parse::<u32>().ok();
-        let (Some(bank), Some(number)) = (found, number) else {
-            return Err(format!("the operand `{text}`"));
-        };
+        let (name, number) = bank_and_number(text)?;
+        let bank = BANKS.iter().position(|bank| bank.name == name);
+        let bank = bank.ok_or_else(|| format!("the operand `{text}`"))?;
         let Bank { name, kind, last } = BANKS[bank];
         if !(1..=last).contains(&number) {
             return Err(format!("the address `{text}`, which no CLICK has"));
@@ -179,4 +175,15 @@ impl ClickMemory {
         }
         self.bit(text)
     }
+}
+
+/// The name of the bank and the number of an address.
+///
+/// # Errors
+/// It has no number.
+pub(super) fn bank_and_number(text: &str) -> Result<(&str, u32), String> {
+    let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
+    let (bank, number) = text.split_at(digits);
+    let number = number.parse().map_err(|_| format!("the operand `{text}`"))?;
+    Ok((bank, number))
 }

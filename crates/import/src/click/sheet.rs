@@ -2,8 +2,6 @@
 //!
 //! Called by `click::read`. What a cell means is not known here.
 
-/// How a file begins.
-pub(super) const BEGIN: &str = "marker,A,B,";
 /// The cells of conditions of a row.
 pub(super) const COLUMNS: usize = 31;
 /// Most rungs of a file.

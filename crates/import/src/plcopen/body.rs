@@ -16,7 +16,7 @@ use crate::model::{
 };
 
 /// Most elements in series that are followed.
-pub(super) const DEPTH_MAX: usize = 250;
+const DEPTH_MAX: usize = 250;
 
 /// What the translation of bodies knows of a function block of the file.
 #[derive(Clone, Debug)]
@@ -206,12 +206,24 @@ impl<'g> LadderBody<'_, 'g> {
     ) -> Result<T, String> {
         let lines = self.graph.continued(name);
         let lines = lines.ok_or_else(|| format!("no connector `{name}`"))?;
-        self.depth += 1;
-        if self.depth > DEPTH_MAX {
-            return Err("a loop of connectors".to_owned());
+        self.deeper("a loop of connectors", |body| follow(body, lines))
+    }
+
+    /// Follows the lines of one element more.
+    ///
+    /// # Errors
+    /// More than [`DEPTH_MAX`] are in series, or they make a loop: `too_deep` says it.
+    pub(super) fn deeper<T>(
+        &mut self,
+        too_deep: &str,
+        follow: impl FnOnce(&mut Self) -> Result<T, String>,
+    ) -> Result<T, String> {
+        if self.depth == DEPTH_MAX {
+            return Err(too_deep.to_owned());
         }
-        let found = follow(self, lines);
-        self.depth = self.depth.saturating_sub(1);
+        self.depth += 1;
+        let found = follow(self);
+        self.depth -= 1;
         found
     }
 

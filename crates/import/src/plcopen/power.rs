@@ -4,7 +4,7 @@
 //! contacts before parallel branches, or, where that is not possible, in a bit of its own; so the
 //! size of the rungs grows with the size of the graph only.
 
-use super::body::{BlockValue, DEPTH_MAX, EdgeUse, ElementCalls, LadderBody, TimedEdge};
+use super::body::{BlockValue, EdgeUse, ElementCalls, LadderBody, TimedEdge};
 use super::elements::{Connection, ElementBody, Modifier, SensedEdge};
 use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
@@ -57,20 +57,17 @@ impl LadderBody<'_, '_> {
     /// # Errors
     /// A line comes from something that rungd cannot say; the lines make a loop.
     pub(super) fn power(&mut self, input: &[Connection]) -> Result<RungCondition, String> {
-        self.depth += 1;
-        if self.depth > DEPTH_MAX {
-            self.depth = 0;
-            return Err("a loop of connections, or more contacts in series than 250".to_owned());
-        }
-        let mut lines = Vec::new();
-        for connection in input {
-            let line = self.line(connection)?;
-            if !lines.contains(&line) {
-                lines.push(line);
+        let too_deep = "a loop of connections, or more contacts in series than 250";
+        self.deeper(too_deep, |body| {
+            let mut lines = Vec::new();
+            for connection in input {
+                let line = body.line(connection)?;
+                if !lines.contains(&line) {
+                    lines.push(line);
+                }
             }
-        }
-        self.depth = self.depth.saturating_sub(1);
-        Ok(parallel(lines))
+            Ok(parallel(lines))
+        })
     }
 
     /// The power of one line.

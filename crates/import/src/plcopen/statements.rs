@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::body::{DEPTH_MAX, ElementCalls, LadderBody};
+use super::body::{ElementCalls, LadderBody};
 use super::elements::{CoilStorage, Connection, ElementBody, Modifier, SensedEdge};
 use super::formula::{FormulaType, IecFormula};
 use super::graph::BlockOutput;
@@ -164,10 +164,16 @@ impl LadderBody<'_, '_> {
         ordered: bool,
         seen: &mut HashSet<usize>,
     ) -> Result<(), String> {
-        self.depth += 1;
-        if self.depth > DEPTH_MAX {
-            return Err("a loop of connections, or more than 250 elements in series".to_owned());
-        }
+        let too_deep = "a loop of connections, or more than 250 elements in series";
+        self.deeper(too_deep, |body| body.follow_each(input, ordered, seen))
+    }
+
+    fn follow_each(
+        &mut self,
+        input: &[Connection],
+        ordered: bool,
+        seen: &mut HashSet<usize>,
+    ) -> Result<(), String> {
         let graph = self.graph;
         for connection in input {
             let at = graph.source(connection)?;
@@ -200,7 +206,6 @@ impl LadderBody<'_, '_> {
                 | ElementBody::Other { .. } => {}
             }
         }
-        self.depth = self.depth.saturating_sub(1);
         Ok(())
     }
 

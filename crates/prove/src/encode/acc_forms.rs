@@ -54,7 +54,7 @@ struct Uses {
     owners: Vec<Counting>,
     /// The words of its presets.
     presets: Vec<u32>,
-    /// Whether a RETURN is in its element.
+    /// Whether something in its element may end an execution before it, and keeps its time.
     keeps_time: bool,
     /// The constants that it is compared with.
     compared: Vec<i32>,

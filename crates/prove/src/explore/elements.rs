@@ -83,7 +83,8 @@ impl TimersOf {
     }
 }
 
-/// An element's timers, and the words of the times that its RETURNs have withheld.
+/// An element's timers, and the words of the times that the ends of its executions have
+/// withheld.
 #[derive(Debug)]
 struct TimedElement {
     timers: TimersOf,
