@@ -333,6 +333,11 @@ fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
     let test = command.args(["test", "how.test.toml"]).current_dir(files.path());
     assert_eq!(code(&test.output().expect("rungd runs")), Some(0), "{scenario}");
     assert_eq!(code(&how(&["nothing"])), Some(78));
+    // A test cannot set the times of scans; what they leave possible as they are is found.
+    let open = how(&["$MinScanTime >= 4 & !go_up", "--json"]);
+    assert_eq!(lines(&open)[0]["answer"], "not decided", "{}", text(&open));
+    let found = how(&["$MaxScanTime < 4 & late & !go_up", "--json"]);
+    assert_eq!(lines(&found)[0]["answer"], "found", "{}", text(&found));
 }
 
 #[test]

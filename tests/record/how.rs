@@ -13,6 +13,8 @@ use crate::record::drawn::Numbers;
 use crate::record::line::{Line, engine, in_memory};
 use crate::record::replayed::random_line;
 use rungd_base::calendar::LocalTime;
+use rungd_engine::isa::status::dst;
+use rungd_engine::isa::{Word, WordSpace};
 use rungd_engine::{Cell, Engine, EngineState, ScanTimes};
 use rungd_history::observe::{Edit, Limits, QuestionTime, Remedy, Subject};
 use rungd_history::playback::{PlayableProgram, Playback, RecordedMoment};
@@ -85,9 +87,19 @@ fn drawn(program: &PlayableProgram, names: &[String], numbers: &mut Numbers) -> 
     Drawn { text, parts }
 }
 
-/// Executes one scan of the program of the recording.
+/// Executes one scan of the program of the recording. The times of scans stay those of the state.
 fn scan(engine: &mut Engine, changes: impl Iterator<Item = (Cell, i32)>) -> bool {
-    engine.begin_scan(engine.now_ns() + PERIOD_NS, &ScanTimes::default(), &LocalTime::default());
+    let word = |n| {
+        let cell = engine.program().layout.word(Word::Space(WordSpace::Dst, n));
+        engine.image().value(Cell::Word(cell))
+    };
+    let times = ScanTimes {
+        mean_us: word(dst::SCAN_TIME_US),
+        min_us: word(dst::MIN_SCAN_TIME_US),
+        max_us: word(dst::MAX_SCAN_TIME_US),
+        last_us: word(dst::LAST_SCAN_TIME_US),
+    };
+    engine.begin_scan(engine.now_ns() + PERIOD_NS, &times, &LocalTime::default());
     for (cell, value) in changes {
         match cell {
             Cell::Bit(bit) => engine.write_bit(bit, value != 0),
@@ -282,4 +294,9 @@ fn what_how_says_about_recorded_ladders_works_and_is_no_longer_than_needed() {
     let mut tally = Tally::default();
     (first..first + count).for_each(|seed| ask(seed, &mut tally));
     println!("{tally:?}");
+}
+
+#[test]
+fn no_way_rests_on_other_times_of_scans_than_those_of_the_state() {
+    ask(268, &mut Tally::default());
 }

@@ -6,6 +6,7 @@
 //! the very state, beside the one that was searched, and compares their memory behind every scan.
 
 use crate::model::{Path, ProofStart, Run};
+use crate::named_input::{InputSetting, NamedInput};
 use crate::question::Questions;
 use rungd_base::calendar::LocalTime;
 use rungd_engine::isa::{Bit, DeviceBit};
@@ -85,7 +86,15 @@ impl RecordedBegin {
             return false;
         }
         let mut run = Run::new(model);
+        let rest = model.resting();
         for (at, values) in (1..).zip(&path.scans) {
+            // What nobody can set stays as it is.
+            let moves = |((named, now), rest): ((&NamedInput, &i32), &i32)| {
+                matches!(named.setting, InputSetting::Any(_)) && now != rest
+            };
+            if questions.inputs.iter().zip(values).zip(&rest).any(moves) {
+                return false;
+            }
             let now_ns = plain.now_ns() + model.period_ns();
             plain.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
             for (input, value) in model.inputs.iter().zip(values) {

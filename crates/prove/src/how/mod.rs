@@ -141,32 +141,37 @@ impl HowQuestion {
 
     fn decided(&self, limits: &DecideLimits, begun: Instant) -> HowVerdict {
         let race = limits.race(begun);
-        // First the time of day stands still: nobody changes it, and it has many values.
-        if let Some(still) = self.with_still_clock() {
-            let race = Race { end: begun + limits.time / 2, ..race.clone() };
-            if let found @ HowVerdict::Found { .. } = self.verdict(&still, &race) {
+        // First the time of day stands still: nobody changes it, and it has many values. Then only
+        // the times of scans do: they make no way, but a proof needs all their values.
+        let still: [fn(u32) -> bool; 2] = [dst::is_given, dst::is_of_scans];
+        let from = usize::from(self.begin.is_none());
+        let mut end = begun + limits.time / 2;
+        for stands_still in &still[from..] {
+            let Some(still) = self.with_still(stands_still) else { continue };
+            let part = Race { end, ..race.clone() };
+            if let found @ HowVerdict::Found { .. } = self.verdict(&still, &part) {
                 return found;
             }
+            end += limits.time / 4;
         }
         self.verdict(&self.questions.model, &race)
     }
 
-    /// The model whose date and time of day stay those of its state; `None`: it has none.
-    fn with_still_clock(&self) -> Option<ProofModel> {
-        self.begin.as_ref()?;
+    /// The model in which some DST stay those of its state; `None`: it has none of them.
+    fn with_still(&self, stands_still: impl Fn(u32) -> bool) -> Option<ProofModel> {
         let mut model = self.questions.model.clone();
         let levels = model.resting();
-        let is_clock = |cell| match self.questions.model.code.layout.address(cell) {
-            Some(Address::Word(Word::Space(WordSpace::Dst, n))) => dst::is_of_clock(n),
+        let is_still = |cell| match self.questions.model.code.layout.address(cell) {
+            Some(Address::Word(Word::Space(WordSpace::Dst, n))) => stands_still(n),
             Some(_) | None => false,
         };
-        let mut has_clock = false;
+        let mut has_any = false;
         for (input, level) in model.inputs.iter_mut().zip(levels) {
-            if is_clock(input.cell) {
-                (input.low, input.high, has_clock) = (level, level, true);
+            if is_still(input.cell) {
+                (input.low, input.high, has_any) = (level, level, true);
             }
         }
-        has_clock.then_some(model)
+        has_any.then_some(model)
     }
 
     fn verdict(&self, model: &ProofModel, race: &Race) -> HowVerdict {
