@@ -15,7 +15,7 @@ use serde::Serialize;
 use super::exit::Exit;
 use super::fleet_broker::BrokerArgs;
 use super::fleet_page::{alarms_page, change_line, status_page};
-use super::terminal::{plain_json, print, say_line};
+use super::terminal::{expect_reader, plain_json, print, say_line};
 use super::when::LocalClock;
 use rungd_base::wall_clock::now_ms;
 use rungd_engine::isa::duration;
@@ -168,6 +168,7 @@ fn watch(args: &FleetWatchArgs) -> Result<Exit> {
             ));
             Ok(())
         }
+        FleetEvent::Waiting => Ok(expect_reader()?),
     })?;
     for what in heard.view.left_out() {
         say_line(&format!("rungd fleet: left out: {what}"));
@@ -188,13 +189,14 @@ fn for_a_while(at: &BrokerArgs, wait: Duration) -> Result<Listened> {
         Ok(options) => options,
         Err(exit) => return Ok(Listened::Failed(exit)),
     };
-    let heard = listen(&options, &mut |word| {
-        match word {
-            FleetEvent::Failed(failure) => say_line(&format!("rungd fleet: {failure}")),
-            // The answer reports what was left out.
-            FleetEvent::Connected(_) | FleetEvent::Changed(_) | FleetEvent::LeftOut(_) => {}
+    let heard = listen(&options, &mut |word| match word {
+        FleetEvent::Failed(failure) => {
+            say_line(&format!("rungd fleet: {failure}"));
+            Ok(())
         }
-        Ok(())
+        // The answer reports what was left out.
+        FleetEvent::Connected(_) | FleetEvent::Changed(_) | FleetEvent::LeftOut(_) => Ok(()),
+        FleetEvent::Waiting => Ok(expect_reader()?),
     })?;
     Ok(match heard.was_connected {
         true => Listened::Heard(Box::new(heard)),

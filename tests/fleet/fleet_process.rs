@@ -5,6 +5,7 @@ use std::process::{Child, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::Instant;
 
+use rungd_test_support::system;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -43,7 +44,7 @@ impl FleetProcess {
 
     /// Waits for the end without reading; returns the exit code.
     pub fn code(mut self) -> i32 {
-        self.0.wait().unwrap().code().unwrap_or(-1)
+        system::end(&mut self.0).code().unwrap_or(-1)
     }
 
     /// Takes the standard output, if nobody has taken it. Dropping it closes it, as `| head -1`

@@ -178,14 +178,7 @@ impl Running {
     }
 
     pub fn end(&mut self) -> ExitStatus {
-        let deadline = Instant::now() + PATIENCE;
-        while Instant::now() < deadline {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                return status;
-            }
-            std::thread::sleep(Duration::from_millis(5));
-        }
-        panic!("rungd did not end");
+        system::end(&mut self.child)
     }
 
     /// Stops the process in an orderly way; returns the remaining lines.

@@ -71,6 +71,9 @@ pub enum FleetEvent<'w> {
     Changed(&'w [FleetChange]),
     /// Messages of a kind are left out; reported when the first of them comes.
     LeftOut(&'static str),
+    /// Listening goes on; reported every half second of a session, and before each wait for the
+    /// next attempt. The receiver ends it by an error, for example because nobody reads its output.
+    Waiting,
 }
 
 /// The result of listening.
@@ -145,6 +148,7 @@ impl FleetListener<'_> {
             if number % addresses.len() != 0 && self.stop.is_going_on() {
                 continue;
             }
+            (self.ear)(FleetEvent::Waiting)?;
             if timeout_at(began + wait, self.stop.wait()).await.is_ok() {
                 break;
             }
@@ -186,7 +190,10 @@ impl FleetListener<'_> {
                     Ok(event) => self.take(link, event).await?,
                     Err(failure) => ControlFlow::Break(failure),
                 },
-                _ = asks.tick() => session_flow(self.ask(link).await),
+                _ = asks.tick() => {
+                    (self.ear)(FleetEvent::Waiting)?;
+                    session_flow(self.ask(link).await)
+                }
                 () = self.stop.wait() => {
                     self.take_rest(link).await?;
                     return Ok(FleetSessionEnd::Stopped);
