@@ -11,7 +11,8 @@ use rungd_client::operator::protocol::{AckList, AckedAlarm, AlarmState, Request}
 
 /// Acknowledges alarms of a running controller: records that somebody has noticed them
 ///
-/// An acknowledgement changes nothing in the ladder. An alarm that stands stays in the list of
+/// An acknowledgement changes nothing in the ladder, except for the bit that the alarm names with
+/// `ack`: that bit is turned ON. An alarm that stands stays in the list of
 /// `rungd alarms` as acknowledged, until it goes away. An alarm that went away before is removed
 /// from the list. The log contains the user and the alarm.
 #[derive(Args, Debug)]
@@ -51,7 +52,8 @@ pub fn ack(args: &AckArgs) -> Result<Exit> {
         true => "no alarm waits for an acknowledgement\n".to_owned(),
         false => list.alarms.iter().map(line).collect(),
     })?;
-    Ok(Exit::Ok)
+    let is_untold = list.alarms.iter().any(|acked| acked.bit_refused.is_some());
+    Ok(if is_untold { Exit::Refused } else { Exit::Ok })
 }
 
 /// The line about the result for one alarm.
@@ -63,5 +65,5 @@ fn line(acked: &AckedAlarm) -> String {
         AlarmState::Acknowledged => "acknowledged already; it stands",
         AlarmState::Normal => "it does not stand: there is nothing to acknowledge",
     };
-    format!("{tag} ({text}): {what}\n")
+    format!("{tag} ({text}): {what}{}\n", one_line(&acked.bit_words()))
 }

@@ -13,7 +13,7 @@ use rungd_client::operator::protocol::{AckedAlarm, AlarmAck, AlarmState, AlarmSt
 use rungd_config::controller::watch::WatchSettings;
 use rungd_engine::Cell;
 use rungd_language::lower;
-use rungd_language::resolve::alarm_terms::AlarmTerms;
+use rungd_language::resolve::alarm_terms::{AckBit, AlarmTerms};
 use rungd_runtime::AlarmDelay;
 use rungd_runtime::exchange::Snapshot;
 
@@ -184,6 +184,20 @@ impl BookedAlarm {
     }
 }
 
+/// An alarm that somebody acknowledged, and its `ack`.
+pub(super) struct Acknowledgement {
+    pub alarm: AckedAlarm,
+    bit: Option<AckBit>,
+}
+
+impl Acknowledgement {
+    /// The bit to turn ON: also if the alarm was acknowledged before, so that somebody can repeat
+    /// it for a ladder that was in STOP.
+    pub fn written(&self) -> Option<&AckBit> {
+        self.bit.as_ref().filter(|_| self.alarm.before != AlarmState::Normal)
+    }
+}
+
 /// The book.
 #[derive(Debug)]
 pub(super) struct AlarmBook {
@@ -347,7 +361,7 @@ impl AlarmBook {
 
     /// Enters an acknowledgement. A standing alarm becomes acknowledged; an alarm that went away
     /// leaves the list; any other alarm stays as it is.
-    pub fn acknowledge(&mut self, number: usize, ack: AlarmAck) -> Option<AckedAlarm> {
+    pub fn acknowledge(&mut self, number: usize, ack: AlarmAck) -> Option<Acknowledgement> {
         let alarm = self.alarms.get_mut(number)?;
         let before = alarm.state;
         match before {
@@ -359,7 +373,9 @@ impl AlarmBook {
             AlarmState::Normal | AlarmState::Acknowledged => {}
         }
         let (tag, text) = (alarm.known.tag.clone(), alarm.known.text.clone());
-        Some(AckedAlarm { tag, text, before, after: alarm.state })
+        let (after, bit) = (alarm.state, alarm.known.terms.ack.clone());
+        let alarm = AckedAlarm { tag, text, before, after, bit: None, bit_refused: None };
+        Some(Acknowledgement { alarm, bit })
     }
 }
 

@@ -1,5 +1,6 @@
 //! The real process: its runs and ends, its watchdog, its commands, and its messages.
 
+mod alarm_acks;
 mod alarm_delays;
 mod alarms;
 mod bottling;

@@ -145,7 +145,8 @@ pub(super) fn of_path(kind: FileKind, object: &str, keys: &[&str]) -> Slot {
 fn of_ladder(object: &str, keys: &[&str]) -> Slot {
     let last = object.rsplit('.').next().unwrap_or_default();
     match (last, keys) {
-        ("template", ["tags", _, "alarm" | "doc"]) => Slot::Placeholders,
+        ("template", ["tags", _, "alarm" | "group" | "doc"]) => Slot::Placeholders,
+        ("" | "template", ["tags", _, "ack"]) => Slot::Operand,
         ("", ["ladder", "order"]) => Slot::Block,
         ("", ["ladder", "devices"]) => Slot::Device,
         (_, ["allow"]) | ("", ["ladder", "allow"]) => Slot::Allow,

@@ -155,8 +155,9 @@ impl RequestThread {
     fn change(&self, request: &Request) -> Result<String, String> {
         if let Request::Ack { .. } = request {
             let alarms = self.ask::<AckList>(request)?.alarms;
-            let said =
-                alarms.iter().map(|alarm| format!("{}: now {}", alarm.tag, alarm.after.name()));
+            let said = alarms.iter().map(|alarm| {
+                format!("{}: now {}{}", alarm.tag, alarm.after.name(), alarm.bit_words())
+            });
             return Ok(said.collect::<Vec<_>>().join(", "));
         }
         self.ask::<ChangedOperand>(request).map(|change| said(&change))

@@ -8,10 +8,10 @@ use std::time::Duration;
 
 use tokio::time::{Instant, sleep};
 
-use super::peer::OperatorPeer;
+use super::peer::{OperatorPeer, PeerRequest};
 use super::service::OperatorService;
 use super::status::ProgramView;
-use crate::daemon::alarm_book::AlarmBook;
+use crate::daemon::alarm_book::{Acknowledgement, AlarmBook};
 use crate::daemon::alarm_keeper::unix_ns;
 use crate::daemon::narration::one_line;
 use rungd_client::operator::protocol::{
@@ -49,18 +49,20 @@ impl OperatorService {
         }
     }
 
-    /// Acknowledges the alarms that these texts name, or all alarms that wait for it.
+    /// Acknowledges the alarms that these texts name, or all alarms that wait for it, and turns
+    /// their bits of `ack` ON.
     ///
     /// # Errors
     /// A text names no alarm; then none is acknowledged.
     pub(super) async fn acknowledge(
         &self,
-        peer: &OperatorPeer,
+        asker: &PeerRequest,
         texts: Option<&[String]>,
     ) -> RequestResult<AckList> {
+        let peer = &asker.peer;
         let (latest, view) = self.booked().await;
         let ack = AlarmAck { who: peer.name.clone(), unix_ns: unix_ns(monotonic_ns()) };
-        let alarms: Vec<AckedAlarm> = {
+        let alarms: Vec<Acknowledgement> = {
             // One lock for all texts: a reload changes the numbers of alarms.
             let mut book = view.about.book();
             let numbers = match texts {
@@ -72,9 +74,9 @@ impl OperatorService {
             };
             numbers.iter().filter_map(|number| book.acknowledge(*number, ack.clone())).collect()
         };
-        let changed = alarms.iter().filter(|acked| acked.before != acked.after);
+        let changed = alarms.iter().map(|one| &one.alarm).filter(|one| one.before != one.after);
         changed.for_each(|acked| log_acknowledgement(peer, acked));
-        Ok(AckList { alarms })
+        Ok(AckList { alarms: self.tell_ladder(asker, alarms).await })
     }
 }
 
@@ -125,7 +127,7 @@ impl NamedAlarms<'_> {
 
 /// Logs an acknowledgement.
 fn log_acknowledgement(peer: &OperatorPeer, acked: &AckedAlarm) {
-    let AckedAlarm { tag, text, before, after } = acked;
+    let AckedAlarm { tag, text, before, after, .. } = acked;
     let gone = if *before == AlarmState::Returned { ", which went away before" } else { "" };
     let text = one_line(text);
     say!(

@@ -45,9 +45,9 @@ impl OperatorService {
             Request::Alarms {} => answered(self.alarms().await),
             Request::Ack { alarms, for_user } => {
                 let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.acknowledge(&asker.peer, Some(alarms)).await?)
+                answered(self.acknowledge(&asker, Some(alarms)).await?)
             }
-            Request::AckAll {} => answered(self.acknowledge(peer, None).await?),
+            Request::AckAll {} => answered(self.acknowledge(asker, None).await?),
             Request::LogLevel { level } => answered(log_level(peer, *level)),
             Request::Reload { dry_run } => {
                 let reloads = Arc::clone(&self.reloads);

@@ -5,9 +5,11 @@
 //! identifies the user at the other end, `io::seats` and `pace` have the limits, `session` serves
 //! one client, `answer` has its requests carried out: by `service`, writes by `write`. `read_set`
 //! has the values that can be written back, `logged_change` and `logged_writes` log changes of
-//! operands, `status` reports the state of the controller. Nothing here can make a scan wait.
+//! operands, `ack_bits` shows acknowledgements to the ladder, `status` reports the state of the
+//! controller. Nothing here can make a scan wait.
 
 mod accounts;
+mod ack_bits;
 mod alarms;
 mod answer;
 mod logged_change;

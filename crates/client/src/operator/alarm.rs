@@ -163,4 +163,23 @@ pub struct AckedAlarm {
     pub before: AlarmState,
     /// Its state now; the same if there was nothing to acknowledge.
     pub after: AlarmState,
+    /// The bit by which the ladder sees the acknowledgement (`ack`), if the alarm has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bit: Option<String>,
+    /// Why the bit was not turned ON; the acknowledgement is entered nevertheless.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bit_refused: Option<String>,
+}
+
+impl AckedAlarm {
+    /// What became of its bit, as the end of a sentence; empty without one.
+    pub fn bit_words(&self) -> String {
+        match (&self.bit, &self.bit_refused) {
+            (None, _) => String::new(),
+            (Some(bit), None) => format!("; {bit} is written ON"),
+            (Some(bit), Some(why)) => {
+                format!("; the ladder does NOT see it, {bit} is not written: {why}")
+            }
+        }
+    }
 }

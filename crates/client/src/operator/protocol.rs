@@ -450,14 +450,14 @@ impl Request {
             | Request::Names { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
-            | Request::Ack { .. }
-            | Request::AckAll {}
             | Request::LogLevel { .. } => AwaitedPart::Nothing,
             Request::Mode { to: WantedMode::Stop, no_wait: false } | Request::RetainSave {} => {
                 AwaitedPart::Image
             }
             Request::Write { .. }
             | Request::WriteSet { .. }
+            | Request::Ack { .. }
+            | Request::AckAll {}
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}

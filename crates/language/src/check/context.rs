@@ -64,7 +64,8 @@ pub struct Context<'a> {
     free: [OnceCell<Option<Structure>>; 3],
     /// The limits that tags set for words.
     limits: NumberMap<Word, WriteLimits<'a>>,
-    /// The addresses of tags with `initial`, `min` or `max`: an operator sets them.
+    /// The addresses of tags with `initial`, `min` or `max`, which an operator sets, and the bits
+    /// that acknowledgements turn ON.
     pub settings: NumberSet<Address>,
     /// The addresses that the ladder reads and writes. `usage` makes both, once for all rules.
     pub reads: OnceCell<Vec<(Address, Span)>>,
@@ -152,6 +153,8 @@ impl<'a> Context<'a> {
                 if tag.initial.is_some() || tag.min.is_some() || tag.max.is_some() {
                     context.settings.insert(address);
                 }
+                let ack = tag.terms.ack.as_ref().map(|ack| Address::Bit(ack.bit).without_bit());
+                context.settings.extend(ack);
                 context.narrow(address, tag);
             }
         }

@@ -79,6 +79,22 @@ mod tests {
     }
 
     #[test]
+    fn bits_that_an_acknowledgement_turns_on_are_not_reported() {
+        check(
+            r#"
+            [tags]
+            jam  = { at = "C0", alarm = "Jammed", ack = "quit" }
+            quit = { type = "bit" }
+
+            [[program]]
+            name = "Main"
+            rung = [ { when = ["X0"], do = ["OUT jam"] }, { when = ["quit"], do = ["RST quit"] } ]
+            "#,
+            expect![[""]],
+        );
+    }
+
+    #[test]
     fn bits_that_an_initial_value_or_a_device_turns_on_are_not_reported() {
         check(
             r#"

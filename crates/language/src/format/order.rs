@@ -59,6 +59,7 @@ impl KeyOrder {
                 "delay",
                 "off-delay",
                 "group",
+                "ack",
                 "metric",
                 "spare",
             ],

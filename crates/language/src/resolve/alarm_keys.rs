@@ -1,17 +1,78 @@
-//! Whether the keys of an alarm fit their tag. Called by `tags`.
+//! Whether the keys of an alarm fit their tag. Called by `tags`; and by `plain` for the bits of
+//! `ack`, which are looked up once all names are declared.
 
 use super::Resolver;
+use super::alarm_terms::AckBit;
 use super::names::kept;
 use super::priority::Priority;
+use super::program::{Program, TagMeaning};
+use super::scope::{MisplacedName, NamedThing};
+use crate::source::atom::{Atom, AtomKind};
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, pair, write};
+use crate::source::reader::Text;
 use crate::source::tag::WrittenTag;
 use crate::source::wording::is_obeyed;
+use rungd_engine::isa::{Address, Bit, BitSpace};
 
 /// The most characters of a group's name.
 const GROUP_CHARS_MAX: usize = 40;
 
+/// An `ack` that is not looked up yet.
+#[derive(Debug)]
+pub(super) struct WrittenAck {
+    /// The index of its tag in the program.
+    pub tag: usize,
+    /// The name of the bit.
+    pub name: Text,
+}
+
 impl Resolver<'_> {
+    /// Looks up the bits of `ack`.
+    pub(super) fn resolve_acks(&mut self, program: &mut Program) {
+        for WrittenAck { tag, name } in std::mem::take(&mut self.acks) {
+            let Some(bit) = self.ack_bit(&name) else { continue };
+            let tag = &mut program.tags[tag];
+            if tag.meaning == TagMeaning::Address(Address::Bit(bit)) {
+                let message = format!("`ack` names the alarm `{}` itself", tag.name);
+                let help = "an acknowledgement would raise the alarm: name a bit of its own, which \
+                            the ladder turns OFF";
+                self.find(Finding::new(Code::TagKey, name.span, message).help(help).or_omit());
+                continue;
+            }
+            tag.terms.ack = Some(AckBit { name: name.text, bit });
+        }
+    }
+
+    /// The bit that an `ack` names. Adds a finding if nothing can be written there.
+    fn ack_bit(&mut self, ack: &Text) -> Option<Bit> {
+        let atom = Atom { kind: AtomKind::Name(ack.text.clone()), span: ack.span };
+        let (name, thing) = self.thing(&atom, "a bit", &["bit"])?;
+        let NamedThing::Address(address @ Address::Bit(bit)) = thing else {
+            let help = "an acknowledgement turns a bit ON: a tag with `type = \"bit\"`";
+            self.wrong_kind(MisplacedName { name, span: ack.span, thing }, "a bit", help.into());
+            return None;
+        };
+        if bit.writable_by_ladder() {
+            self.note(name, ack.span, address);
+            return Some(bit);
+        }
+        let why = match bit {
+            Bit::Space(BitSpace::X, _) => "is an input: its device would write over it",
+            Bit::Space(..)
+            | Bit::InWord(_)
+            | Bit::Flag(..)
+            | Bit::Stage(_)
+            | Bit::Running(_)
+            | Bit::Done(_)
+            | Bit::Device(..) => "is read-only",
+        };
+        let message = format!("no acknowledgement can turn `{}` ON: it {why}", kept(name));
+        let help = "name a bit of its own: a tag with `type = \"bit\"`, which the ladder turns OFF";
+        self.find(Finding::new(Code::TagKey, ack.span, message).help(help).or_omit());
+        None
+    }
+
     /// Reports terms with a wrong value, and terms without an alarm.
     pub(super) fn alarm_misfits(&mut self, tag: &WrittenTag) {
         self.priority_misfit(tag);
@@ -21,6 +82,7 @@ impl Resolver<'_> {
             ("delay", tag.delay.as_ref().map(|delay| delay.span)),
             ("off-delay", tag.off_delay.as_ref().map(|delay| delay.span)),
             ("group", tag.group.as_ref().map(|group| group.span)),
+            ("ack", tag.ack.as_ref().map(|ack| ack.span)),
         ];
         let keys = keys.into_iter().filter(|_| tag.alarm.is_none());
         for (key, span) in keys.filter_map(|(key, span)| Some((key, span?))) {

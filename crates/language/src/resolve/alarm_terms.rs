@@ -5,6 +5,16 @@
 
 use super::priority::Priority;
 use crate::source::tag::WrittenTag;
+use rungd_engine::isa::Bit;
+
+/// The bit that an acknowledgement of an alarm turns ON.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct AckBit {
+    /// Its name, as operators write it.
+    pub name: String,
+    /// The bit.
+    pub bit: Bit,
+}
 
 /// The terms of an alarm.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -17,10 +27,13 @@ pub struct AlarmTerms {
     pub off_delay_ms: u32,
     /// `group`: the part of the machine that it is of.
     pub group: Option<String>,
+    /// `ack`: the bit that an acknowledgement turns ON.
+    pub ack: Option<AckBit>,
 }
 
 impl AlarmTerms {
-    /// The terms of a tag; those of a wrong key are the defaults.
+    /// The terms of a tag; those of a wrong key are the defaults. `ack` is added once all names are
+    /// declared.
     pub(super) fn of(tag: &WrittenTag) -> AlarmTerms {
         let priority = tag.priority.as_ref();
         AlarmTerms {
@@ -30,6 +43,7 @@ impl AlarmTerms {
             delay_ms: tag.delay.as_ref().map_or(0, |delay| delay.value),
             off_delay_ms: tag.off_delay.as_ref().map_or(0, |delay| delay.value),
             group: tag.group.as_ref().map(|group| group.text.clone()),
+            ack: None,
         }
     }
 

@@ -5,6 +5,7 @@
 use std::collections::HashMap;
 
 use super::Resolver;
+use super::alarm_keys::WrittenAck;
 use super::layers::Layers;
 use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};
@@ -52,6 +53,10 @@ impl Resolver<'_> {
                 Some(count) => self.array_tag(tag, count, program),
                 None => self.tag(tag, program),
             };
+            if let Some(ack) = tag.ack.as_ref().filter(|_| tag.count.is_none() && meaning.is_some())
+            {
+                self.acks.push(WrittenAck { tag: index, name: ack.clone() });
+            }
             self.scope.add_tag(&tag.name.text, index, meaning);
             if let Some(field) = &tag.field {
                 self.scope.add_field(&field.field, meaning.map(|_| index));

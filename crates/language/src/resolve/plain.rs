@@ -32,6 +32,7 @@ impl Resolver<'_> {
         self.declare(ladders, &mut program);
         program.sizes.devices = program.devices.len() as u32;
         self.check_arguments();
+        self.resolve_acks(&mut program);
         let written = ladders.iter().flat_map(|(_, ladder)| &ladder.blocks);
         for (at, block) in written.enumerate() {
             self.rungs(block, &mut program.blocks[at]);

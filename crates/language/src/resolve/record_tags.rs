@@ -118,6 +118,7 @@ impl Resolver<'_> {
                     (own.or(field.initial), Vec::new())
                 }
             };
+            let ack = field.ack.as_ref().map(|ack| ack_of_field(ack, &tag.name.text, record));
             let span = tag.kind.as_ref().map_or(tag.name.span, |kind| kind.span);
             let kind = field.kind.as_ref().map(|kind| Text { span, ..kind.clone() });
             into.push(WrittenTag {
@@ -127,6 +128,7 @@ impl Resolver<'_> {
                 doc: field.doc.clone().or_else(|| tag.doc.clone()),
                 initial,
                 spare: tag.spare,
+                ack,
                 field: Some(Box::new(FieldOfTag {
                     tag: tag.name.clone(),
                     doc: tag.doc.clone(),
@@ -164,6 +166,7 @@ impl Resolver<'_> {
             ("delay", tag.delay.as_ref().map(|delay| delay.span)),
             ("off-delay", tag.off_delay.as_ref().map(|delay| delay.span)),
             ("group", text(&tag.group)),
+            ("ack", text(&tag.ack)),
             ("log", text(&tag.log)),
             ("metric", tag.metric.as_ref().map(|metric| metric.span)),
         ];
@@ -253,6 +256,14 @@ impl Resolver<'_> {
 fn record_of<'r>(tag: &WrittenTag, records: &'r Records) -> Option<&'r WrittenRecord> {
     let has_place = tag.at.is_some() || tag.value.is_some();
     records.get(&tag.kind.as_ref()?.text).filter(|_| !has_place)
+}
+
+/// The bit that the `ack` of a field names: a field of the same record, else a name of the ladder.
+fn ack_of_field(ack: &Text, tag: &str, record: &WrittenRecord) -> Text {
+    match record.fields.iter().any(|field| field.name.text == ack.text) {
+        true => Text { text: format!("{tag}.{}", ack.text), exact: false, ..ack.clone() },
+        false => ack.clone(),
+    }
 }
 
 fn is_structure(field: &WrittenTag) -> bool {

@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
+use super::alarm_keys::WrittenAck;
 use super::array::{Array, ArrayElement};
 use super::layers::Layers;
 use super::mistake::declared;
@@ -96,6 +97,8 @@ pub(super) struct Resolver<'a> {
     pub(super) observes: bool,
     /// The memory sizes with the places of an observer's tags.
     pub(super) grown: Option<MemorySizes>,
+    /// The bits of `ack` that are not looked up yet.
+    pub(super) acks: Vec<WrittenAck>,
     /// The words of tags, for tags that are a bit of one.
     pub(super) tag_words: Option<super::tag_words::TagWords>,
 }
@@ -145,6 +148,7 @@ impl<'a> Resolver<'a> {
             is_in_contact: false,
             observes: false,
             grown: None,
+            acks: Vec::new(),
             tag_words: None,
         }
     }

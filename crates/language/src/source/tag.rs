@@ -61,6 +61,8 @@ pub struct WrittenTag {
     pub off_delay: Option<Located<u32>>,
     /// `group` of an alarm.
     pub group: Option<Text>,
+    /// `ack` of an alarm: the name of a bit.
+    pub ack: Option<Text>,
     /// `log`.
     pub log: Option<Text>,
     /// `unit`.
@@ -110,7 +112,8 @@ impl WrittenTag {
         tag.name.text = name;
         tag.name.span.file = layer;
         let texts = [&mut tag.at, &mut tag.kind, &mut tag.alarm, &mut tag.priority, &mut tag.log];
-        for text in texts.into_iter().chain([&mut tag.unit, &mut tag.group]).flatten() {
+        let others = [&mut tag.unit, &mut tag.group, &mut tag.ack];
+        for text in texts.into_iter().chain(others).flatten() {
             text.span.file = layer;
         }
         let constants = [&mut tag.value, &mut tag.initial, &mut tag.min, &mut tag.max];
@@ -203,6 +206,7 @@ const DELAY: Key =
 const OFF_DELAY: Key =
     key("off-delay", "The alarm goes away once its bit has been OFF for this time.");
 const GROUP: Key = key("group", "The part of the machine that the alarm is of.").limited(TEXT);
+const ACK: Key = key("ack", "The bit that an acknowledgement turns ON; the ladder turns it OFF.");
 const LOG: Key = key("log", "Each change is logged.").limited(r#"{"const":"change"}"#);
 const METRIC: Key =
     key("metric", "Its value is a metric of `rungd metrics`; for a structure, all its members.");
@@ -265,6 +269,7 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> Writ
         delay: table.value(DELAY, &Millis::ANY),
         off_delay: table.value(OFF_DELAY, &Millis::ANY),
         group: table.string(GROUP),
+        ack: table.string(ACK),
         log: table.string(LOG),
         metric: table.boolean(METRIC),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
@@ -323,6 +328,7 @@ fn read_field(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
         delay: table.value(DELAY, &Millis::ANY),
         off_delay: table.value(OFF_DELAY, &Millis::ANY),
         group: table.string(GROUP),
+        ack: table.string(ACK),
         log: table.string(LOG),
         metric: table.boolean(METRIC),
         has_meaning: true,

@@ -78,6 +78,7 @@ pub(super) fn doc(declared: &Declaration, project: &Project) -> String {
             facts.text("group").map(|group| format!("group {group}")),
             facts.text("delay").map(|delay| format!("after {delay}")),
             facts.text("off-delay").map(|delay| format!("until {delay} after it")),
+            facts.text("ack").map(|bit| format!("acknowledged by {bit}")),
         ];
         let terms = terms.into_iter().flatten().collect::<Vec<_>>().join(", ");
         let terms = if terms.is_empty() { terms } else { format!(" ({})", plain(&terms)) };

@@ -404,7 +404,12 @@ function ackButton(alarm) {
   if (alarm.state === "acknowledged" || !state.session.user) return null;
   const said = h("span", { role: "status", class: "error" });
   return h("span", {}, h("button", { onclick: async () => {
-    try { await post("/api/ack", { alarm: alarm.tag }); said.textContent = "acknowledged"; said.className = "soft"; }
+    try {
+      const done = (await post("/api/ack", { alarm: alarm.tag })).alarms || [];
+      const untold = done.map((acked) => acked.bit_refused).filter(Boolean);
+      said.textContent = "acknowledged" + (untold.length ? "; the ladder does NOT see it: " + untold.join("; ") : "");
+      said.className = untold.length ? "bad" : "soft";
+    }
     catch (error) { said.textContent = error.message; }
   } }, "Acknowledge"), " ", said);
 }

@@ -342,8 +342,9 @@ fn tags(declared: &Declared, findings: &mut Vec<Finding>) {
             findings.push(finding.help(help).fix(pair("type = \"bit\"")));
         }
         let alarm = tag.alarm.as_ref().map(|alarm| (&*alarm.text, alarm.span));
+        let group = tag.group.as_ref().map(|group| (&*group.text, group.span));
         let doc = tag.doc.as_deref().map(|doc| (doc, tag.name.span));
-        for (text, span) in alarm.into_iter().chain(doc) {
+        for (text, span) in alarm.into_iter().chain(group).chain(doc) {
             findings.extend(texts::check(text, span, &words));
         }
     }

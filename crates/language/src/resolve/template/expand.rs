@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::declared::{Declared, Templates};
 use super::given::{self, Given};
-use super::kind::ParameterKind;
+use super::kind::{ParameterKind, WantedOperand};
 use super::parameter::TypedParameter;
 use super::pending::{Argument, UnusedTemplate};
 use super::rewrite::{Instance, Rewrite};
@@ -422,6 +422,18 @@ impl<'t> Expansion<'t> {
         WrittenRung { extent, name, doc, allow, when, legs, body: own, branches }
     }
 
+    /// The bit that the `ack` of an own tag names in a use; `None` after a finding, or if its
+    /// argument has a mistake.
+    fn ack(&mut self, ack: &Text, instance: &Instance<'t>) -> Option<Text> {
+        let parameter = instance.declared.parameter(&ack.text);
+        if parameter.is_some_and(|named| !instance.given.contains_key(named.parameter.name())) {
+            return None;
+        }
+        let atom = Atom { kind: AtomKind::Name(ack.text.clone()), span: ack.span };
+        let named = self.rewrite(instance).atom(&atom, WantedOperand::Bit)?;
+        Some(Text { text: named.to_string(), span: named.span, exact: ack.exact })
+    }
+
     /// Adds the own tags of a use, with the words in braces in their texts replaced. `written` are
     /// the arguments as the ladder has them.
     fn own_tags(&mut self, instance: &Instance<'t>, written: &[(Text, Option<Text>)]) {
@@ -447,8 +459,10 @@ impl<'t> Expansion<'t> {
                 let finding = Finding::new(Code::ForbiddenName, span, message);
                 self.findings.push(finding.help(format!("a name has at most {NAME_MAX}")));
             }
-            let alarm =
-                tag.alarm.as_ref().map(|alarm| Text { text: filled(&alarm.text), ..alarm.clone() });
+            let filled_in = |text: &Option<Text>| {
+                text.as_ref().map(|of| Text { text: filled(&of.text), ..of.clone() })
+            };
+            let (alarm, group) = (filled_in(&tag.alarm), filled_in(&tag.group));
             let doc = tag.doc.as_ref().map(|doc| filled(doc));
             let texts = [
                 ("alarm", alarm.as_ref().map(|v| (&v.text, v.span))),
@@ -461,7 +475,9 @@ impl<'t> Expansion<'t> {
             }
             let long = alarm.as_ref().map_or(0, |alarm| alarm.text.len());
             let _ = self.room.take(1 + (long + doc.as_ref().map_or(0, String::len)) / 16);
-            self.tags.push(WrittenTag { alarm, doc, ..tag.clone() }.moved(name, layer));
+            let own = WrittenTag { alarm, group, doc, ..tag.clone() }.moved(name, layer);
+            let ack = tag.ack.as_ref().and_then(|ack| self.ack(ack, instance));
+            self.tags.push(WrittenTag { ack, ..own });
         }
     }
 }
