@@ -185,6 +185,7 @@ impl BookedAlarm {
 }
 
 /// An alarm that somebody acknowledged, and its `ack`.
+#[derive(Debug, PartialEq, Eq)]
 pub(super) struct Acknowledgement {
     pub alarm: AckedAlarm,
     bit: Option<AckBit>,

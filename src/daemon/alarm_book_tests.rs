@@ -83,7 +83,7 @@ fn alarms_have_the_states_of_isa_18_2() {
     let mut book = book();
     let state = |book: &AlarmBook| book.alarms[0].state;
     let acked = |book: &mut AlarmBook| {
-        let acked = book.acknowledge(0, ack()).expect("it is known");
+        let acked = book.acknowledge(0, ack()).expect("it is known").alarm;
         (acked.before, acked.after)
     };
     use AlarmState::{Acknowledged, Normal, Returned, Unacknowledged};

@@ -2,7 +2,7 @@
 //! `ack`, which are looked up once all names are declared.
 
 use super::Resolver;
-use super::alarm_terms::AckBit;
+use super::alarm_terms::{AckBit, WrittenAck};
 use super::names::kept;
 use super::priority::Priority;
 use super::program::{Program, TagMeaning};
@@ -17,15 +17,6 @@ use rungd_engine::isa::{Address, Bit, BitSpace};
 
 /// The most characters of a group's name.
 const GROUP_CHARS_MAX: usize = 40;
-
-/// An `ack` that is not looked up yet.
-#[derive(Debug)]
-pub(super) struct WrittenAck {
-    /// The index of its tag in the program.
-    pub tag: usize,
-    /// The name of the bit.
-    pub name: Text,
-}
 
 impl Resolver<'_> {
     /// Looks up the bits of `ack`.
@@ -49,7 +40,7 @@ impl Resolver<'_> {
         let atom = Atom { kind: AtomKind::Name(ack.text.clone()), span: ack.span };
         let (name, thing) = self.thing(&atom, "a bit", &["bit"])?;
         let NamedThing::Address(address @ Address::Bit(bit)) = thing else {
-            let help = "an acknowledgement turns a bit ON: a tag with `type = \"bit\"`";
+            let help = "an acknowledgement turns a bit ON: name a tag of one bit";
             self.wrong_kind(MisplacedName { name, span: ack.span, thing }, "a bit", help.into());
             return None;
         };
@@ -68,7 +59,7 @@ impl Resolver<'_> {
             | Bit::Device(..) => "is read-only",
         };
         let message = format!("no acknowledgement can turn `{}` ON: it {why}", kept(name));
-        let help = "name a bit of its own: a tag with `type = \"bit\"`, which the ladder turns OFF";
+        let help = "name a bit of its own, which the ladder turns OFF";
         self.find(Finding::new(Code::TagKey, ack.span, message).help(help).or_omit());
         None
     }

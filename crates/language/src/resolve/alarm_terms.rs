@@ -4,6 +4,7 @@
 //! text. Nothing in a scan depends on them.
 
 use super::priority::Priority;
+use crate::source::reader::Text;
 use crate::source::tag::WrittenTag;
 use rungd_engine::isa::Bit;
 
@@ -14,6 +15,15 @@ pub struct AckBit {
     pub name: String,
     /// The bit.
     pub bit: Bit,
+}
+
+/// An `ack` that is not looked up yet.
+#[derive(Debug)]
+pub(super) struct WrittenAck {
+    /// The index of its tag in the program.
+    pub tag: usize,
+    /// The name of the bit.
+    pub name: Text,
 }
 
 /// The terms of an alarm.

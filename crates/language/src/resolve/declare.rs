@@ -5,7 +5,7 @@
 use std::collections::HashMap;
 
 use super::Resolver;
-use super::alarm_keys::WrittenAck;
+use super::alarm_terms::WrittenAck;
 use super::layers::Layers;
 use super::names::{NameRole, forbidden, kept};
 use super::program::{Block, BlockKind, Program, Stage};

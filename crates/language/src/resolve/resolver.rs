@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use std::collections::HashSet;
 use std::sync::LazyLock;
 
-use super::alarm_keys::WrittenAck;
+use super::alarm_terms::WrittenAck;
 use super::array::{Array, ArrayElement};
 use super::layers::Layers;
 use super::mistake::declared;

@@ -459,8 +459,9 @@ impl<'t> Expansion<'t> {
                 let finding = Finding::new(Code::ForbiddenName, span, message);
                 self.findings.push(finding.help(format!("a name has at most {NAME_MAX}")));
             }
-            let filled_in = |text: &Option<Text>| {
-                text.as_ref().map(|of| Text { text: filled(&of.text), ..of.clone() })
+            let filled_in = |written: &Option<Text>| {
+                let text = written.as_ref()?;
+                Some(Text { text: filled(&text.text), ..text.clone() })
             };
             let (alarm, group) = (filled_in(&tag.alarm), filled_in(&tag.group));
             let doc = tag.doc.as_ref().map(|doc| filled(doc));
