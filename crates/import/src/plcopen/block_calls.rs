@@ -1,18 +1,15 @@
-//! Blocks that act: those of the standard and of the file; functions are in `functions`.
+//! Blocks that act: those of the standard, and what all blocks have. Those of the file are in
+//! `unit_calls`, functions in `functions`.
 
-use super::body::{BlockValue, ElementCalls, LadderBody, UnitBlock};
-use super::elements::{BlockElement, BlockPin, ElementBody, Modifier};
+use super::body::{BlockValue, ElementCalls, LadderBody};
+use super::elements::{BlockElement, ElementBody, Modifier};
 use super::formula::{FormulaType, IecFormula};
 use super::graph::BlockOutput;
 use super::literals::IecLiteral;
 use super::memory::{BlockMember, BlockMembers, LocatedPlace};
-use super::power::modified;
 use super::types::{INT, IecType, VariableKind};
 use crate::condition::{RungCondition, TouchedPlace};
-use crate::model::{
-    Action, ActionForm, ProjectBlock, ProjectBlockKind, ProjectRung, RungBody, RungStep,
-    UseArgument,
-};
+use crate::model::{Action, ActionForm, RungStep, UseArgument};
 
 /// A function block of the standard.
 struct StandardBlock {
@@ -119,11 +116,6 @@ const STANDARD: [StandardBlock; 10] = [
         outputs: &[bit("Q1")],
     },
 ];
-
-/// Other names of pins: those of CODESYS.
-const PIN_NAMES: [[&str; 2]; 4] = [["SET1", "S1"], ["RESET", "R"], ["SET", "S"], ["RESET1", "R1"]];
-/// Other names of CODESYS: the inputs of counters.
-const COUNTER_NAMES: [[&str; 2]; 2] = [["RESET", "R"], ["LOAD", "LD"]];
 
 /// The members of the blocks of the standard, by their types in small letters.
 pub(super) fn standard_members() -> impl Iterator<Item = (String, BlockMembers)> {
@@ -233,64 +225,6 @@ impl LadderBody<'_, '_> {
         self.enable(at, block, begin, enabled)
     }
 
-    /// A block with a condition at EN: a subroutine that is called while it is fulfilled.
-    fn enable(
-        &mut self,
-        at: usize,
-        block: &BlockElement,
-        begin: usize,
-        enabled: Option<RungCondition>,
-    ) -> Result<(), String> {
-        let Some(enabled) = enabled else { return Ok(()) };
-        let (Some(step), true) = (self.steps.pop(), self.steps.len() >= begin) else {
-            return Ok(());
-        };
-        let ActionForm::Use { template, name, contact, mut arguments } = step.action.form else {
-            return Ok(());
-        };
-        // What stands in the subroutine is evaluated in it.
-        if let Some(contact) = contact {
-            let power = RungCondition::all(step.when.into_iter().map(|term| term.condition));
-            arguments.insert(0, UseArgument { name: contact.to_owned(), value: power.text() });
-        }
-        let subroutine = self.own_name(&format!("{name}_call"));
-        let id = self.graph.elements[at].id;
-        let enabled = self.steady(enabled, &format!("en_{id}"));
-        if let Some(pin) = block.outputs.iter().position(|pin| pin.name == "ENO") {
-            let output = BlockOutput { element: at, pin };
-            self.keep_output(output, enabled.clone());
-        }
-        let when = self.terms(enabled);
-        self.blocks.push(ProjectBlock {
-            kind: ProjectBlockKind::Subroutine,
-            name: subroutine.clone(),
-            doc: format!("{} {name}, executed while its EN is ON", block.kind),
-            rungs: vec![ProjectRung {
-                name: Some(name),
-                doc: String::new(),
-                body: RungBody::Use { template, arguments },
-            }],
-            stages: Vec::new(),
-        });
-        let form = ActionForm::Do(format!("CALL {subroutine}"));
-        self.steps.push(RungStep { when, action: Action { form, writes: step.action.writes } });
-        Ok(())
-    }
-
-    /// The power at a pin; nothing connected is OFF.
-    pub(super) fn pin_power(&mut self, pin: Option<&BlockPin>) -> Result<RungCondition, String> {
-        let Some(pin) = pin.filter(|pin| !pin.input.is_empty()) else {
-            return Ok(RungCondition::Constant(false));
-        };
-        let power = self.power(&pin.input)?;
-        let id = self.graph.elements[self.statement].id;
-        let power = match pin.modifier == Modifier::default() {
-            true => power,
-            false => self.small(power, &format!("{}_{id}", pin.name)),
-        };
-        modified(power, pin.modifier)
-    }
-
     fn standard_block(
         &mut self,
         block: &BlockElement,
@@ -300,9 +234,9 @@ impl LadderBody<'_, '_> {
         let mut when = Vec::new();
         let mut arguments = Vec::new();
         for (at, [pin, parameter]) in standard.contacts.iter().enumerate() {
-            let mut power = self.pin_power(find(block, pin))?;
+            let mut power = self.pin_power(block.input(pin))?;
             // Under a condition the block's text is not always executed; edges are.
-            let is_conditional = find(block, "EN").is_some_and(|pin| !pin.input.is_empty());
+            let is_conditional = block.input("EN").is_some_and(|pin| !pin.input.is_empty());
             if is_conditional && power.text().contains("rise(") {
                 power = self.kept(power, &format!("{own}_{pin}"));
             }
@@ -343,7 +277,7 @@ impl LadderBody<'_, '_> {
         own: &str,
         wanted: IecType,
     ) -> Result<String, String> {
-        let pin = find(block, name).filter(|pin| !pin.input.is_empty());
+        let pin = block.input(name).filter(|pin| !pin.input.is_empty());
         let value = match pin {
             None => IecFormula::of_literal(match wanted {
                 IecType::Time => IecLiteral::Time { ms: 0, is_rounded: false },
@@ -371,74 +305,6 @@ impl LadderBody<'_, '_> {
             return Ok(kept.text);
         }
         Ok(value.text)
-    }
-
-    /// A function block of the file: its inputs are written, then its template is used.
-    fn unit_block(
-        &mut self,
-        block: &BlockElement,
-        unit: &UnitBlock,
-        own: &str,
-    ) -> Result<(), String> {
-        let mut arguments = Vec::new();
-        for input in &unit.inputs {
-            let pin = find(block, &input.name).filter(|pin| !pin.input.is_empty());
-            let Some(pin) = pin else {
-                match input.is_reference {
-                    true => {
-                        return Err(format!("the input {} of {own} is not connected", input.name));
-                    }
-                    false => continue,
-                }
-            };
-            if input.is_reference {
-                let [connection] = &pin.input[..] else {
-                    return Err(format!("several lines into {} of {own}", input.name));
-                };
-                let source = self.graph.source(connection)?;
-                let (ElementBody::InVariable { expression, .. }
-                | ElementBody::InOutVariable { expression, .. }) =
-                    &self.graph.elements[source].body
-                else {
-                    return Err(format!("the input {} of {own} is no variable", input.name));
-                };
-                let located = self.written(expression, false)?;
-                if located.kind != input.kind {
-                    return Err(format!("{} of {own} is of another type", input.name));
-                }
-                arguments.push(UseArgument { name: input.tag.clone(), value: located.text });
-                continue;
-            }
-            let target = LocatedPlace {
-                text: format!("{own}.{}", input.tag),
-                kind: input.kind,
-                place: TouchedPlace::of(&format!("{own}.{}", input.tag)),
-                variable: None,
-                is_input: false,
-            };
-            if input.kind == IecType::Bool {
-                let power = self.pin_power(Some(pin))?;
-                self.assign_bit(&target, power, None)?;
-            } else {
-                let value = self.number(&pin.input)?;
-                self.store_number(&target, &value, RungCondition::Constant(true))?;
-            }
-        }
-        let writes = match unit.is_open {
-            true => vec![TouchedPlace::everything()],
-            false => {
-                let given = arguments.iter().map(|argument| TouchedPlace::of(&argument.value));
-                given.chain([TouchedPlace::of(own)]).collect()
-            }
-        };
-        let form = ActionForm::Use {
-            template: unit.template.clone(),
-            name: own.to_owned(),
-            contact: None,
-            arguments,
-        };
-        self.steps.push(RungStep { when: Vec::new(), action: Action { form, writes } });
-        Ok(())
     }
 
     /// The value of an output.
@@ -485,16 +351,4 @@ impl LadderBody<'_, '_> {
             }
         }
     }
-}
-
-/// The input of a block with a name.
-pub(super) fn find<'b>(block: &'b BlockElement, name: &str) -> Option<&'b BlockPin> {
-    let named =
-        |wanted: &str| block.inputs.iter().find(|pin| pin.name.eq_ignore_ascii_case(wanted));
-    let is_counter = block.kind.to_uppercase().starts_with("CT");
-    let others: &[[&str; 2]] = if is_counter { &COUNTER_NAMES } else { &PIN_NAMES };
-    named(name).or_else(|| {
-        let other = others.iter().find(|[_, own]| *own == name)?;
-        named(other[0])
-    })
 }

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
 use super::document::VariableUse;
 use super::elements::Connection;
 use super::graph::{BlockOutput, LadderGraph};
-use super::memory::{LocatedPlace, PlcopenMemory};
+use super::memory::{BlockMember, LocatedPlace, PlcopenMemory};
 use super::types::{IecType, VariableKind};
 use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::{
@@ -18,13 +18,17 @@ use crate::model::{
 /// Most elements in series that are followed.
 const DEPTH_MAX: usize = 250;
 
-/// What the translation of bodies knows of a function block of the file.
+/// What the translation of bodies knows of a function block or function of the file.
 #[derive(Clone, Debug)]
 pub(super) struct UnitBlock {
     /// The template.
     pub(super) template: String,
     /// The inputs, and the variables that it gets by reference.
     pub(super) inputs: Vec<UnitInput>,
+    /// The result of a function.
+    pub(super) result: Option<BlockMember>,
+    /// The other outputs.
+    pub(super) outputs: Vec<BlockOutputName>,
     /// Whether it names variables that are not its own.
     pub(super) is_open: bool,
 }
@@ -37,9 +41,20 @@ pub(super) struct UnitInput {
     pub(super) tag: String,
     pub(super) kind: IecType,
     pub(super) is_reference: bool,
+    /// Whether its own body writes it.
+    pub(super) is_written: bool,
 }
 
-/// The function blocks of the file by their names in small letters; or why there is none.
+/// An output of a function of the file.
+#[derive(Clone, Debug)]
+pub(super) struct BlockOutputName {
+    pub(super) name: String,
+    pub(super) tag: String,
+    pub(super) kind: IecType,
+}
+
+/// The function blocks and functions of the file by their names in small letters; or why there is
+/// none.
 pub(super) type UnitBlocks = HashMap<String, Result<UnitBlock, String>>;
 
 /// What a pass has found that the next one must do.

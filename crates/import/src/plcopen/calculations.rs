@@ -1,8 +1,34 @@
 //! The functions of numbers as expressions and compares of rungd; used by `functions`.
 
 use super::formula::IecFormula;
+use super::memory::LocatedPlace;
 use super::types::IecType;
-use crate::condition::RungCondition;
+use crate::condition::{RungCondition, TouchedPlace};
+
+/// What a function gives.
+pub(super) enum FunctionResult {
+    Power(RungCondition),
+    Number(FunctionCalculation),
+    /// The place of a function of the file.
+    Place(LocatedPlace),
+}
+
+/// A calculation.
+pub(super) struct FunctionCalculation {
+    pub(super) kind: IecType,
+    /// The expressions, each with `@` for the result of the one before it.
+    pub(super) texts: Vec<String>,
+    pub(super) reads: Vec<TouchedPlace>,
+    /// Whether the expression is a bit, which only MATH makes a number of.
+    pub(super) is_bit: bool,
+    /// Without it nothing is assigned: a divisor that is not 0.
+    pub(super) guard: Option<RungCondition>,
+}
+
+/// Whether a condition is one bit.
+pub(super) fn is_plain(power: &RungCondition) -> bool {
+    matches!(power, RungCondition::Bit { text, .. } if !text.contains('('))
+}
 
 /// Whether a text is a literal or a place.
 pub(super) fn literal_or_place(text: &str) -> bool {

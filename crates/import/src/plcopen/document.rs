@@ -96,6 +96,8 @@ pub(super) struct ProgramUnit {
     pub(super) kind: String,
     pub(super) doc: String,
     pub(super) variables: Vec<DeclaredVariable>,
+    /// The type of a function's result.
+    pub(super) result: Option<WrittenType>,
     pub(super) body: UnitBody,
     /// Actions and transitions beside the body, by their languages.
     pub(super) others: Vec<String>,
@@ -330,6 +332,10 @@ fn unit(node: XmlElement<'_, '_>) -> ProgramUnit {
         kind: attribute(node, "pouType"),
         doc: documentation(node),
         variables: all,
+        result: child(node, "interface")
+            .and_then(|interface| child(interface, "returnType"))
+            .and_then(|kind| kind.first_element_child())
+            .map(|kind| written(kind, 0)),
         body: child(node, "body").map_or_else(no_body, body),
         others: others.collect(),
     }

@@ -76,6 +76,34 @@ pub(super) struct BlockElement {
     pub(super) outputs: Vec<BlockPin>,
 }
 
+/// Other names of pins: those of CODESYS.
+const PIN_NAMES: [[&str; 2]; 4] = [["SET1", "S1"], ["RESET", "R"], ["SET", "S"], ["RESET1", "R1"]];
+/// Other names of CODESYS: the inputs of counters.
+const COUNTER_NAMES: [[&str; 2]; 2] = [["RESET", "R"], ["LOAD", "LD"]];
+
+impl BlockElement {
+    /// Its input with a name.
+    pub(super) fn input(&self, name: &str) -> Option<&BlockPin> {
+        let named =
+            |wanted: &str| self.inputs.iter().find(|pin| pin.name.eq_ignore_ascii_case(wanted));
+        let is_counter = self.kind.to_uppercase().starts_with("CT");
+        let others: &[[&str; 2]] = if is_counter { &COUNTER_NAMES } else { &PIN_NAMES };
+        named(name).or_else(|| {
+            let other = others.iter().find(|[_, own]| *own == name)?;
+            named(other[0])
+        })
+    }
+
+    /// The pin of a function's result.
+    ///
+    /// # Errors
+    /// It has none.
+    pub(super) fn result_pin(&self) -> Result<usize, String> {
+        let found = self.outputs.iter().position(|pin| pin.name != "ENO");
+        found.ok_or_else(|| format!("{} without a result", self.kind))
+    }
+}
+
 /// A pin of a block.
 #[derive(Clone, Debug)]
 pub(super) struct BlockPin {

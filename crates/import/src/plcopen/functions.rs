@@ -1,33 +1,17 @@
-//! Functions of the standard: what they calculate, as conditions and expressions of rungd.
+//! Functions: what those of the standard calculate, as conditions and expressions of rungd, and
+//! what becomes of results. Calls of functions of the file are in `unit_calls`.
 
-use super::block_calls::find;
-use super::body::{BlockValue, LATER, LadderBody};
-use super::calculations::{calculated, compared, literal_or_place};
-use super::elements::{BlockElement, BlockPin, Connection, ElementBody, Modifier};
+use super::body::{BlockValue, LATER, LadderBody, UnitBlock};
+use super::calculations::{
+    FunctionCalculation, FunctionResult, calculated, compared, is_plain, literal_or_place,
+};
+use super::elements::{BlockElement, BlockPin, Connection, ElementBody};
 use super::formula::{FormulaType, IecFormula, are_mixed, common};
 use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::memory::LocatedPlace;
 use super::types::IecType;
 use crate::condition::RungCondition;
-
-/// What a function gives.
-enum FunctionResult {
-    Power(RungCondition),
-    Number(FunctionCalculation),
-}
-
-/// A calculation.
-struct FunctionCalculation {
-    kind: IecType,
-    /// The expressions, each with `@` for the result of the one before it.
-    texts: Vec<String>,
-    reads: Vec<crate::condition::TouchedPlace>,
-    /// Whether the expression is a bit, which only MATH makes a number of.
-    is_bit: bool,
-    /// Without it nothing is assigned: a divisor that is not 0.
-    guard: Option<RungCondition>,
-}
 
 /// Named where values of different types are calculated with each other.
 const MIXED: &str = "values of different types are calculated in the wider one";
@@ -46,21 +30,30 @@ impl LadderBody<'_, '_> {
             Some(pin) => {
                 let power = self.pin_power(Some(pin))?;
                 let id = self.graph.elements[output.element].id;
-                Some(self.small(power, &format!("en_{id}")))
+                Some(match self.may_change_all(block) {
+                    true => self.kept(power, &format!("en_{id}")),
+                    false => self.small(power, &format!("en_{id}")),
+                })
             }
             None => None,
         };
-        let pins: Vec<&BlockPin> = block.inputs.iter().filter(|pin| pin.name != "EN").collect();
-        if let Some(pin) = pins.iter().find(|pin| pin.input.is_empty()) {
-            return Err(format!("the input {} of {} is not connected", pin.name, block.kind));
-        }
-        let result = self.result(block, &pins)?;
+        let result = self.result(output.element, block, enabled.as_ref())?;
         let guard = match &result {
             FunctionResult::Number(calculation) => calculation.guard.clone(),
-            FunctionResult::Power(_) => None,
+            FunctionResult::Power(_) | FunctionResult::Place(_) => None,
         };
         self.store_eno(output.element, block, enabled.clone(), guard);
+        let result = match result {
+            FunctionResult::Place(place) if target.is_none() && enabled.is_none() => {
+                let pin = block.result_pin()?;
+                self.store_place(BlockOutput { element: output.element, pin }, place);
+                return Ok(());
+            }
+            FunctionResult::Place(place) => placed(place),
+            FunctionResult::Power(_) | FunctionResult::Number(_) => result,
+        };
         match (result, target) {
+            (FunctionResult::Place(_), _) => Ok(()),
             (FunctionResult::Power(power), Some(target)) => match target.kind {
                 IecType::Bool => self.assign_bit(target, power, enabled),
                 IecType::Whole { .. } | IecType::Time | IecType::Real => {
@@ -78,6 +71,25 @@ impl LadderBody<'_, '_> {
                 self.store_result(output.element, block, result, enabled)
             }
         }
+    }
+
+    /// Whether a function of the file writes more than its own variables.
+    fn may_change_all(&self, block: &BlockElement) -> bool {
+        let unit = self.units.get(&block.kind.to_lowercase()).and_then(|unit| unit.as_ref().ok());
+        let has_reference = |unit: &UnitBlock| unit.inputs.iter().any(|input| input.is_reference);
+        unit.is_some_and(|unit| unit.is_open || has_reference(unit))
+    }
+
+    /// Remembers the output of a function of the file, in a tag if something reads it before.
+    pub(super) fn store_place(&mut self, output: BlockOutput, place: LocatedPlace) {
+        self.own.kinds.insert(output, place.kind);
+        let must = self.needs.keeps_all || self.needs.kept.contains(&output);
+        let value = match placed(place.clone()) {
+            FunctionResult::Power(power) => return self.keep_power(output, power),
+            FunctionResult::Number(result) if must => self.kept_result(output, result, None),
+            FunctionResult::Number(_) | FunctionResult::Place(_) => place,
+        };
+        self.values.insert(output, BlockValue::Kept(value));
     }
 
     /// ENO: the function was executed, and it has a result.
@@ -137,7 +149,7 @@ impl LadderBody<'_, '_> {
         block: &BlockElement,
         power: RungCondition,
     ) -> Result<(), String> {
-        self.keep_power(BlockOutput { element: at, pin: result_pin(block)? }, power);
+        self.keep_power(BlockOutput { element: at, pin: block.result_pin()? }, power);
         Ok(())
     }
 
@@ -148,7 +160,15 @@ impl LadderBody<'_, '_> {
         let name = kind_name.unwrap_or_else(|| "value".to_owned());
         let is_eno = matches!(&element.body, ElementBody::Block(block)
             if block.outputs[output.pin].name == "ENO");
-        let end = if is_eno { "_eno" } else { "" };
+        let other = element
+            .body
+            .block()
+            .filter(|block| !is_eno && block.result_pin().is_ok_and(|pin| pin != output.pin));
+        let end = match other {
+            Some(block) => format!("_{}", block.outputs[output.pin].name.to_lowercase()),
+            None if is_eno => "_eno".to_owned(),
+            None => String::new(),
+        };
         self.own_tag(&format!("{name}{}{end}", element.id), kind)
     }
 
@@ -176,7 +196,7 @@ impl LadderBody<'_, '_> {
         let when = enabled.unwrap_or(RungCondition::Constant(true));
         let [text] = &result.texts[..] else {
             let block = self.graph.elements[at].body.block();
-            let pin = block.map_or(Ok(0), result_pin)?;
+            let pin = block.map_or(Ok(0), BlockElement::result_pin)?;
             let value = self.kept_result(BlockOutput { element: at, pin }, result, None);
             let value = super::statements::formula_of(&value);
             return self.store_number(target, &value, when);
@@ -198,7 +218,7 @@ impl LadderBody<'_, '_> {
         result: FunctionCalculation,
         enabled: Option<RungCondition>,
     ) -> Result<(), String> {
-        let output = BlockOutput { element: at, pin: result_pin(block)? };
+        let output = BlockOutput { element: at, pin: block.result_pin()? };
         self.own.kinds.insert(output, result.kind);
         let located = self.kept_result(output, result, enabled);
         self.values.insert(output, BlockValue::Kept(located));
@@ -260,6 +280,40 @@ impl LadderBody<'_, '_> {
 
     /// What a function gives.
     fn result(
+        &mut self,
+        at: usize,
+        block: &BlockElement,
+        enabled: Option<&RungCondition>,
+    ) -> Result<FunctionResult, String> {
+        let units = self.units;
+        if let Some(unit) = units.get(&block.kind.to_lowercase()) {
+            let unit =
+                unit.as_ref().map_err(|why| format!("the function {}: {why}", block.kind))?;
+            return self.unit_result(at, unit, enabled);
+        }
+        let pins: Vec<&BlockPin> = block.inputs.iter().filter(|pin| pin.name != "EN").collect();
+        if let Some(pin) = pins.iter().find(|pin| pin.input.is_empty()) {
+            return Err(format!("the input {} of {} is not connected", pin.name, block.kind));
+        }
+        self.standard_function(block, &pins)
+    }
+
+    /// What a function of the file gives; its other outputs are remembered.
+    fn unit_result(
+        &mut self,
+        at: usize,
+        unit: &UnitBlock,
+        enabled: Option<&RungCondition>,
+    ) -> Result<FunctionResult, String> {
+        let places = self.unit_function(at, unit, enabled)?;
+        for output in places.outputs {
+            self.store_place(BlockOutput { element: at, pin: output.pin }, output.place);
+        }
+        Ok(FunctionResult::Place(places.result))
+    }
+
+    /// What a function of the standard gives.
+    fn standard_function(
         &mut self,
         block: &BlockElement,
         pins: &[&BlockPin],
@@ -325,14 +379,6 @@ impl LadderBody<'_, '_> {
         ])
     }
 
-    /// The value at a pin.
-    fn pin_number(&mut self, pin: &BlockPin) -> Result<IecFormula, String> {
-        match pin.modifier == Modifier::default() {
-            true => self.number(&pin.input),
-            false => Err("a negated value that is no BOOL".to_owned()),
-        }
-    }
-
     /// A function of numbers.
     fn arithmetic(
         &mut self,
@@ -343,7 +389,7 @@ impl LadderBody<'_, '_> {
         let values: Result<Vec<IecFormula>, String> = match name {
             "LIMIT" => ["MN", "IN", "MX"]
                 .iter()
-                .map(|pin| match find(block, pin) {
+                .map(|pin| match block.input(pin) {
                     Some(pin) => self.pin_number(pin),
                     None => Err(format!("LIMIT without {pin}")),
                 })
@@ -382,7 +428,7 @@ impl LadderBody<'_, '_> {
     /// SEL: the second value while G is ON, else the first.
     fn selection(&mut self, block: &BlockElement) -> Result<FunctionResult, String> {
         let pin =
-            |name: &str| find(block, name).ok_or_else(|| format!("SEL without its input {name}"));
+            |name: &str| block.input(name).ok_or_else(|| format!("SEL without its input {name}"));
         let (chooser, off, on) = (pin("G")?, pin("IN0")?, pin("IN1")?);
         let power = self.pin_power(Some(chooser))?;
         let id = self.graph.elements[self.statement].id;
@@ -411,55 +457,20 @@ impl LadderBody<'_, '_> {
             guard: None,
         }))
     }
+}
 
-    /// A conversion of types.
-    fn conversion(
-        &mut self,
-        types: [&str; 2],
-        pins: &[&BlockPin],
-    ) -> Result<FunctionResult, String> {
-        let [pin] = pins else { return Err("a conversion of several values".to_owned()) };
-        let (from, to) = (IecType::named(types[0])?, IecType::named(types[1])?);
-        let refused = || Err(format!("the conversion {}_TO_{}", types[0], types[1]));
-        if from == IecType::Bool {
-            if !matches!(to, IecType::Whole { .. }) {
-                return refused();
-            }
-            let power = self.pin_power(Some(pin))?;
-            let id = self.graph.elements[self.statement].id;
-            let power = if is_plain(&power) { power } else { self.kept(power, &format!("in{id}")) };
-            let mut reads = Vec::new();
-            super::power::places(&power, &mut reads);
-            let texts = vec![power.text()];
-            let calculation =
-                FunctionCalculation { kind: to, texts, reads, is_bit: true, guard: None };
-            return Ok(FunctionResult::Number(calculation));
+/// A place as a result.
+fn placed(place: LocatedPlace) -> FunctionResult {
+    match place.kind {
+        IecType::Bool => FunctionResult::Power(RungCondition::bit(place.text)),
+        kind @ (IecType::Whole { .. } | IecType::Time | IecType::Real) => {
+            FunctionResult::Number(FunctionCalculation {
+                kind,
+                texts: vec![place.text],
+                reads: vec![place.place],
+                is_bit: false,
+                guard: None,
+            })
         }
-        let value = self.pin_number(pin)?.fitted(from)?;
-        let text = match (from, to) {
-            (IecType::Whole { .. }, IecType::Bool) => {
-                let power = RungCondition::compare(&value.text, "!=", "0", value.reads);
-                return Ok(FunctionResult::Power(power));
-            }
-            (IecType::Whole { .. }, IecType::Whole { .. }) if to.holds(from) => value.text,
-            (IecType::Whole { .. }, IecType::Whole { .. }) => to.cut(&value.text),
-            (IecType::Whole { .. }, IecType::Real) => value.text,
-            _ => return refused(),
-        };
-        let (texts, reads) = (vec![text], value.reads);
-        let calculation =
-            FunctionCalculation { kind: to, texts, reads, is_bit: false, guard: None };
-        Ok(FunctionResult::Number(calculation))
     }
-}
-
-/// Whether a condition is one bit.
-fn is_plain(power: &RungCondition) -> bool {
-    matches!(power, RungCondition::Bit { text, .. } if !text.contains('('))
-}
-
-/// The pin of a function's result.
-fn result_pin(block: &BlockElement) -> Result<usize, String> {
-    let found = block.outputs.iter().position(|pin| pin.name != "ENO");
-    found.ok_or_else(|| format!("{} without a result", block.kind))
 }

@@ -5,6 +5,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::addresses::address;
 use super::document::{DeclaredVariable, NamedType, VariableUse, WrittenType};
 use super::initial;
 use super::literals::literal;
@@ -15,8 +16,6 @@ use crate::names::{GivenNames, legal_field};
 
 /// Most elements of an array of rungd.
 const COUNT_MAX: i64 = 4096;
-/// Most words of the memory of `%MW` that keep their numbers.
-const WORDS_MAX: u64 = 2048;
 
 /// A variable.
 #[derive(Clone, Debug)]
@@ -105,6 +104,40 @@ impl PlcopenMemory {
             self.declare(scope, variable, types);
         }
         scope
+    }
+
+    /// Declares the result of a function, which its body calls as the function; `None` if rungd has
+    /// no place for it.
+    pub(super) fn result(
+        &mut self,
+        scope: usize,
+        function: &str,
+        kind: &WrittenType,
+        types: &[NamedType],
+    ) -> Option<BlockMember> {
+        let VariableKind::Plain(kind) = self.kind(&resolved(kind, types), types) else {
+            return None;
+        };
+        let tag = self.names.fresh("result");
+        self.scopes[scope].tags.push(ProjectTag {
+            name: tag.clone(),
+            kind: kind.plain().to_owned(),
+            doc: format!("The result of {function}"),
+            ..ProjectTag::default()
+        });
+        self.scopes[scope].variables.insert(function.to_lowercase(), self.variables.len());
+        self.variables.push(IecVariable {
+            original: format!("{function}/{function}"),
+            kind: VariableKind::Plain(kind),
+            name: tag.clone(),
+            address: None,
+            usage: VariableUse::Output,
+            is_guessed: false,
+            difference: None,
+            is_read: false,
+            is_written: true,
+        });
+        Some(BlockMember { tag, kind })
     }
 
     /// Declares a variable in a scope; an external one that is global has its place already.
@@ -417,52 +450,4 @@ fn documented(declared: &DeclaredVariable, name: &str) -> String {
         add("RETAIN".to_owned());
     }
     doc
-}
-
-/// The address of rungd for one of IEC 61131-3: bits, and words of `%MW`.
-pub(super) fn address(text: &str, kind: IecType) -> Option<String> {
-    let text = text.trim().to_uppercase();
-    let rest = text.strip_prefix('%')?;
-    let area = rest.get(..1)?;
-    let rest = &rest[1..];
-    let size = rest.get(..1).filter(|size| size.chars().all(char::is_alphabetic)).unwrap_or("X");
-    let digits = rest.trim_start_matches(char::is_alphabetic);
-    match (size, kind) {
-        ("X", IecType::Bool) => {
-            let (byte, bit) = digits.split_once('.').unwrap_or(("0", digits));
-            let (byte, bit) = (byte.parse::<u64>().ok()?, bit.parse::<u64>().ok()?);
-            let at = byte.checked_mul(8)?.checked_add(bit).filter(|at| *at < 2048 && bit < 8)?;
-            let space = match area {
-                "I" => "X",
-                "Q" => "Y",
-                "M" => "C",
-                _ => return None,
-            };
-            Some(format!("{space}{at}"))
-        }
-        ("W", IecType::Whole { bits: 16, .. }) if area == "M" => {
-            digits.parse::<u64>().ok().filter(|at| *at < WORDS_MAX).map(|at| format!("D{at}"))
-        }
-        _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn addresses_of_bits_count_on_over_bytes() {
-        let bit = |text| address(text, IecType::Bool);
-        assert_eq!(bit("%IX0.0").as_deref(), Some("X0"));
-        assert_eq!(bit("%QX2.7").as_deref(), Some("Y23"));
-        assert_eq!(bit("%MX1.1").as_deref(), Some("C9"));
-        assert_eq!(bit("%I1.1").as_deref(), Some("X9"));
-        assert_eq!(bit("%IX0.8"), None);
-        assert_eq!(bit("%IX999.0"), None);
-        assert_eq!(address("%MW12", super::super::types::INT).as_deref(), Some("D12"));
-        assert_eq!(address("%QW12", super::super::types::INT), None);
-        assert_eq!(bit("%"), None);
-        assert_eq!(bit("%Ä0.0"), None);
-    }
 }

@@ -5,9 +5,11 @@
 //! what a body does, `project` puts the parts together. What is exact and what differs stands in
 //! `docs/import/plcopen.md`.
 
+mod addresses;
 mod block_calls;
 mod body;
 mod calculations;
+mod conversions;
 mod dispatch;
 mod document;
 mod elements;
@@ -25,6 +27,8 @@ mod project;
 mod statements;
 mod tasks;
 mod types;
+mod unit_calls;
+mod units;
 mod xml;
 
 use crate::model::ForeignProject;

@@ -5,7 +5,7 @@
 //! size of the rungs grows with the size of the graph only.
 
 use super::body::{BlockValue, EdgeUse, ElementCalls, LadderBody, TimedEdge};
-use super::elements::{Connection, ElementBody, Modifier, SensedEdge};
+use super::elements::{BlockPin, Connection, ElementBody, Modifier, SensedEdge};
 use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::memory::LocatedPlace;
@@ -68,6 +68,20 @@ impl LadderBody<'_, '_> {
             }
             Ok(parallel(lines))
         })
+    }
+
+    /// The power at a pin; nothing connected is OFF.
+    pub(super) fn pin_power(&mut self, pin: Option<&BlockPin>) -> Result<RungCondition, String> {
+        let Some(pin) = pin.filter(|pin| !pin.input.is_empty()) else {
+            return Ok(RungCondition::Constant(false));
+        };
+        let power = self.power(&pin.input)?;
+        let id = self.graph.elements[self.statement].id;
+        let power = match pin.modifier == Modifier::default() {
+            true => power,
+            false => self.small(power, &format!("{}_{id}", pin.name)),
+        };
+        modified(power, pin.modifier)
     }
 
     /// The power of one line.

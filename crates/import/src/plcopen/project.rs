@@ -3,20 +3,18 @@
 use std::collections::{HashMap, HashSet};
 
 use super::block_calls::standard_members;
-use super::body::{BodyPlace, TranslatedBody, UnitBlock, UnitBlocks, UnitInput};
-use super::document::{
-    DeclaredVariable, PlcopenFile, ProgramUnit, UnitBody, VariableUse, WrittenType,
-};
+use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
+use super::document::{PlcopenFile, ProgramUnit, UnitBody, VariableUse};
 use super::elements::{ElementBody, LadderElement};
 use super::graph::LadderGraph;
-use super::memory::{BlockMember, BlockMembers, PlcopenMemory};
+use super::memory::PlcopenMemory;
 use super::networks::{description, networks, parts};
 use super::passes::translated;
 use super::tasks::{ProgramPace, TaskPlan, TimedProgram, plan};
-use super::types::{IecType, VariableKind, resolved};
+use super::types::VariableKind;
 use crate::model::{
     Fate, ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectRung,
-    ProjectTag, ProjectTemplate, RungBody, RungOutcome, UnwrittenTag,
+    RungBody, RungOutcome, UnwrittenTag,
 };
 use crate::names::legal;
 use rungd_language::source::renaming::kebab;
@@ -56,7 +54,7 @@ pub(super) fn project(file: &PlcopenFile) -> ForeignProject {
         outcome: &mut outcome,
         starts: Vec::new(),
     };
-    globals.templates = work.function_blocks();
+    globals.templates = work.templates();
     let ladders = work.programs(&plan);
     work.left_out(&plan);
     let units = work.units.len();
@@ -84,124 +82,18 @@ pub(super) fn project(file: &PlcopenFile) -> ForeignProject {
 }
 
 /// What the parts of a file become parts of.
-struct ProjectWork<'w> {
-    file: &'w PlcopenFile,
-    memory: &'w mut PlcopenMemory,
-    units: UnitBlocks,
-    outcome: &'w mut Outcome,
+pub(super) struct ProjectWork<'w> {
+    pub(super) file: &'w PlcopenFile,
+    pub(super) memory: &'w mut PlcopenMemory,
+    pub(super) units: UnitBlocks,
+    pub(super) outcome: &'w mut Outcome,
     /// What starts the programs that are slower than the scan.
     starts: Vec<String>,
 }
 
 impl ProjectWork<'_> {
-    /// Translates the function blocks, each behind those that it uses.
-    fn function_blocks(&mut self) -> Vec<ProjectTemplate> {
-        let file = self.file;
-        let is_block = |unit: &&ProgramUnit| unit.kind == "functionBlock";
-        let mut waiting: Vec<&ProgramUnit> = file.units.iter().filter(is_block).collect();
-        let names: Vec<String> = waiting.iter().map(|unit| unit.name.to_lowercase()).collect();
-        let mut templates = Vec::new();
-        while !waiting.is_empty() {
-            let is_ready = |unit: &&ProgramUnit| {
-                let used = unit.variables.iter().filter_map(|variable| {
-                    let kind = resolved(&variable.kind, &file.types);
-                    if let WrittenType::Derived(name) = kind {
-                        Some(name.to_lowercase())
-                    } else {
-                        None
-                    }
-                });
-                used.filter(|name| names.contains(name)).all(|name| self.units.contains_key(&name))
-            };
-            let Some(at) = waiting.iter().position(is_ready) else { break };
-            let unit = waiting.remove(at);
-            let key = unit.name.to_lowercase();
-            let UnitBody::Ladder(elements) = &unit.body else {
-                self.units.insert(key, Err(format!("its body is in {}", language(unit))));
-                continue;
-            };
-            templates.push(self.function_block(unit, elements));
-        }
-        for unit in waiting {
-            let why = "it uses itself, through others too".to_owned();
-            if let UnitBody::Ladder(elements) = &unit.body {
-                self.refused(unit, elements, &format!("a function block: {why}"));
-            }
-            self.units.insert(unit.name.to_lowercase(), Err(why));
-        }
-        templates
-    }
-
-    /// A function block with a ladder as a template. What an instance keeps are the template's own
-    /// tags; what it gets by reference is a parameter.
-    fn function_block(
-        &mut self,
-        unit: &ProgramUnit,
-        elements: &[LadderElement],
-    ) -> ProjectTemplate {
-        // A template has names of its own; those of global variables stay free for them.
-        let names = self.memory.names.clone();
-        let renamed = names.renamed.len();
-        let scope = self.memory.scope(&unit.name, &unit.variables, &self.file.types);
-        self.count_calls(scope, elements);
-        let place = BodyPlace { scope, prefix: "own", title: &unit.name, is_template: true };
-        let done = translated(self.memory, &self.units, elements, place);
-        self.outcome.rungs.extend(done.outcomes);
-        let changed = self.memory.names.renamed[renamed..].to_vec();
-        self.memory.names = names;
-        self.memory.names.renamed.extend(changed);
-        let mut tags = self.memory.scopes[scope].tags.clone();
-        let mut block = UnitBlock {
-            template: legal(&unit.name),
-            inputs: Vec::new(),
-            is_open: !self.memory.scopes[0].tags.is_empty(),
-        };
-        let mut members = BlockMembers::default();
-        let mut parameters = Vec::new();
-        let mut missing = None;
-        for declared in &unit.variables {
-            let Some(id) = self.memory.variable(scope, &declared.name) else { continue };
-            let variable = &self.memory.variables[id];
-            let tag = variable.name.clone();
-            let is_reference = declared.usage == VariableUse::InOut;
-            let is_input = declared.usage == VariableUse::Input;
-            let VariableKind::Plain(kind) = variable.kind else {
-                if is_reference || is_input {
-                    missing = Some(format!("its input {} is no plain value", declared.name));
-                }
-                continue;
-            };
-            if is_reference {
-                tags.retain(|own| own.name != tag);
-                parameters.push(reference(declared, &tag, kind));
-            }
-            if is_input || is_reference {
-                let name = declared.name.clone();
-                block.inputs.push(UnitInput { name, tag: tag.clone(), kind, is_reference });
-            }
-            if is_input || declared.usage == VariableUse::Output {
-                members.members.insert(declared.name.to_lowercase(), BlockMember { tag, kind });
-            }
-        }
-        let key = unit.name.to_lowercase();
-        self.memory.blocks.insert(key.clone(), members);
-        let template = block.template.clone();
-        self.units.insert(key, missing.map_or(Ok(block), Err));
-        for tag in &mut tags {
-            // A template's own tags have no addresses.
-            tag.at = None;
-        }
-        ProjectTemplate {
-            name: template,
-            doc: if unit.doc.is_empty() { unit.name.clone() } else { unit.doc.clone() },
-            parameters,
-            tags,
-            rungs: filled(done.rungs),
-        }
-    }
-
     /// Counts how often each instance is called.
-    fn count_calls(&mut self, scope: usize, elements: &[LadderElement]) {
+    pub(super) fn count_calls(&mut self, scope: usize, elements: &[LadderElement]) {
         for element in elements {
             if let ElementBody::Block(block) = &element.body
                 && let Some(name) = &block.instance
@@ -314,9 +206,6 @@ impl ProjectWork<'_> {
                     }
                     self.outcome.left_out.push(text);
                 }
-                UnitBody::Ladder(elements) if unit.kind == "function" => {
-                    self.refused(unit, elements, "a ladder of a function");
-                }
                 UnitBody::Ladder(_) => {}
             }
             for other in &unit.others {
@@ -338,7 +227,7 @@ impl ProjectWork<'_> {
     }
 
     /// The networks of a ladder that is not translated.
-    fn refused(&mut self, unit: &ProgramUnit, elements: &[LadderElement], why: &str) {
+    pub(super) fn refused(&mut self, unit: &ProgramUnit, elements: &[LadderElement], why: &str) {
         let graph = LadderGraph::of(elements);
         let (networks, _) = networks(&graph);
         let outcomes = networks.iter().enumerate().map(|(number, network)| RungOutcome {
@@ -366,37 +255,15 @@ fn title<'t>(plan: &'t TaskPlan, planned: &'t TimedProgram, unit: &'t ProgramUni
     if count == 1 { &unit.name } else { &planned.name }
 }
 
-fn language(unit: &ProgramUnit) -> &str {
+pub(super) fn language(unit: &ProgramUnit) -> &str {
     match &unit.body {
         UnitBody::Other { language, .. } => language,
         UnitBody::Ladder(_) => "LD",
     }
 }
 
-/// The parameter for a variable that a block gets by reference.
-fn reference(declared: &DeclaredVariable, tag: &str, kind: IecType) -> ProjectTag {
-    let kind = match kind.plain() {
-        "bit" => "output",
-        "int" => "int-out",
-        _ => "real-out",
-    };
-    ProjectTag {
-        name: tag.to_owned(),
-        kind: kind.to_owned(),
-        doc: declared.doc.clone(),
-        ..ProjectTag::default()
-    }
-}
-
-/// Rungs of a template, which must have one.
-fn filled(mut rungs: Vec<ProjectRung>) -> Vec<ProjectRung> {
-    if rungs.is_empty() {
-        rungs.push(plain_rung("nothing", "$Off", vec!["STOP".to_owned()]));
-    }
-    rungs
-}
-
-fn plain_rung(name: &str, contact: &str, body: Vec<String>) -> ProjectRung {
+/// A rung of instructions.
+pub(super) fn plain_rung(name: &str, contact: &str, body: Vec<String>) -> ProjectRung {
     let body = RungBody::Ladder { when: vec![contact.to_owned()], body, branches: Vec::new() };
     ProjectRung { name: Some(name.to_owned()), doc: String::new(), body }
 }

@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 
 use super::body::{ElementCalls, LadderBody};
-use super::elements::{CoilStorage, Connection, ElementBody, Modifier, SensedEdge};
+use super::elements::{BlockPin, CoilStorage, Connection, ElementBody, Modifier, SensedEdge};
 use super::formula::{FormulaType, IecFormula};
 use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
@@ -125,8 +125,8 @@ impl LadderBody<'_, '_> {
         let pin = self.graph.output(element, connection).ok()?;
         let output = BlockOutput { element, pin };
         let is_own = self.graph.consumers(output) == [at];
-        let is_result = !block.outputs[pin].name.eq_ignore_ascii_case("ENO")
-            && block.outputs[pin].modifier == Modifier::default();
+        let is_result =
+            block.result_pin() == Ok(pin) && block.outputs[pin].modifier == Modifier::default();
         let is_free = !ordered
             && self.graph.elements[element].order == 0
             && block.instance.is_none()
@@ -263,6 +263,14 @@ impl LadderBody<'_, '_> {
             | ElementBody::Connector { .. }
             | ElementBody::Comment(_)
             | ElementBody::Other { .. } => Err("power where a value is wanted".to_owned()),
+        }
+    }
+
+    /// The value at a pin.
+    pub(super) fn pin_number(&mut self, pin: &BlockPin) -> Result<IecFormula, String> {
+        match pin.modifier == Modifier::default() {
+            true => self.number(&pin.input),
+            false => Err("a negated value that is no BOOL".to_owned()),
         }
     }
 

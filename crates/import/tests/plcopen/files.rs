@@ -1,7 +1,8 @@
 //! Any PLCopen files of a folder: none causes a panic, each element is in the report.
 //!
 //! `RUNGD_PLCOPEN_FILES=DIR cargo test -p rungd-import plcopen::files -- --nocapture` prints the
-//! counts, and the reasons for what is not translated.
+//! counts, and the reasons for what is not translated; with `RUNGD_PLCOPEN_TEXTS=1` the ladders
+//! too.
 
 use std::collections::BTreeMap;
 
@@ -53,7 +54,7 @@ fn every_file_of_a_folder_is_imported_whole() {
             counts.todo,
             project.outcome.left_out.len()
         );
-        if others > 0 {
+        if others > 0 || std::env::var_os("RUNGD_PLCOPEN_TEXTS").is_some() {
             println!("{errors}\n{}", plant::texts(&project));
         }
     }

@@ -2,6 +2,8 @@
 
 use rungd_base::random::SplitMix64;
 
+use super::functions::{Callee, function};
+use super::kinds::{KINDS, declared};
 use crate::numbers::below;
 
 /// A random project.
@@ -18,26 +20,16 @@ pub struct Watched {
     pub kind: &'static str,
 }
 
-const KINDS: [Kind; 6] = [
-    Kind { prefix: "bit", kind: "BOOL", count: 8 },
-    Kind { prefix: "num", kind: "INT", count: 3 },
-    Kind { prefix: "dbl", kind: "DINT", count: 2 },
-    Kind { prefix: "uns", kind: "UINT", count: 2 },
-    Kind { prefix: "rea", kind: "REAL", count: 2 },
-    Kind { prefix: "span", kind: "TIME", count: 2 },
-];
-
-struct Kind {
-    prefix: &'static str,
-    kind: &'static str,
-    count: u64,
-}
-
 /// Makes a project.
 pub fn project(random: &mut SplitMix64) -> RandomProject {
-    let inner = Body::new(random, false).written(2);
+    let mut functions = vec![function(random, "Calc", &[])];
+    functions.push(function(random, "Chain", &functions));
+    let mut body = Body::new(random, false);
+    body.functions = functions.clone();
+    let inner = body.written(2);
     let mut body = Body::new(random, true);
     body.has_unit = true;
+    body.functions = functions.clone();
     let outer = body.written(3);
     let mut watched = outer.watched.clone();
     for kind in &KINDS {
@@ -52,13 +44,16 @@ pub fn project(random: &mut SplitMix64) -> RandomProject {
     let xml = format!(
         "<?xml version=\"1.0\"?><project xmlns=\"http://www.plcopen.org/xml/tc6_0201\">\
          <fileHeader productName=\"test\" productVersion=\"1\"/><contentHeader name=\"random\"/>\
-         <types><dataTypes/><pous><pou name=\"Inner\" pouType=\"functionBlock\"><interface>{inputs}\
+         <types><dataTypes/><pous>{}{}<pou name=\"Inner\" pouType=\"functionBlock\"><interface>\
+         {inputs}\
          {outputs}<localVars>{}</localVars></interface><body><LD>{}</LD></body></pou><pou \
          name=\"prog\" pouType=\"program\"><interface><localVars>{}{}</localVars></interface><body>\
          <LD>{}</LD></body></pou></pous></types><instances><configurations><configuration \
          name=\"c\"><resource name=\"r\"><task name=\"t\" interval=\"T#10ms\"><pouInstance \
          name=\"i\" typeName=\"prog\"/></task></resource></configuration></configurations>\
          </instances></project>",
+        functions[0].xml,
+        functions[1].xml,
         declared(&["bit0", "bit1", "num0", "num1"]) + &inner.declared,
         inner.elements,
         declared(&[]),
@@ -68,29 +63,14 @@ pub fn project(random: &mut SplitMix64) -> RandomProject {
     RandomProject { xml, watched }
 }
 
-/// The declarations of the variables, but of those that are declared elsewhere.
-fn declared(without: &[&str]) -> String {
-    let mut text = String::new();
-    for kind in &KINDS {
-        for at in 0..kind.count {
-            let name = format!("{}{at}", kind.prefix);
-            if !without.contains(&name.as_str()) {
-                text +=
-                    &format!("<variable name=\"{name}\"><type><{}/></type></variable>", kind.kind);
-            }
-        }
-    }
-    text
-}
-
-struct Written {
-    elements: String,
+pub struct Written {
+    pub elements: String,
     declared: String,
     watched: Vec<Watched>,
 }
 
 /// A body that is being made.
-struct Body<'r> {
+pub struct Body<'r> {
     random: &'r mut SplitMix64,
     xml: String,
     declared: String,
@@ -98,19 +78,23 @@ struct Body<'r> {
     id: u64,
     y: u64,
     blocks: u64,
-    is_program: bool,
+    pub is_program: bool,
     has_unit: bool,
+    /// The functions that it calls.
+    pub functions: Vec<Callee>,
+    /// Of a function: its name, and the type of its result.
+    pub result: Option<[&'static str; 2]>,
 }
 
 /// A point with power: an element, and the pin of a block.
 #[derive(Clone)]
-struct Point {
-    id: u64,
-    pin: Option<String>,
+pub struct Point {
+    pub id: u64,
+    pub pin: Option<String>,
 }
 
 impl<'r> Body<'r> {
-    fn new(random: &'r mut SplitMix64, is_program: bool) -> Body<'r> {
+    pub fn new(random: &'r mut SplitMix64, is_program: bool) -> Body<'r> {
         Body {
             random,
             xml: "<leftPowerRail localId=\"1\"><position x=\"0\" y=\"0\"/><connectionPointOut/>\
@@ -123,10 +107,12 @@ impl<'r> Body<'r> {
             blocks: 0,
             is_program,
             has_unit: false,
+            functions: Vec::new(),
+            result: None,
         }
     }
 
-    fn written(mut self, least: u64) -> Written {
+    pub fn written(mut self, least: u64) -> Written {
         let count = least + self.below(4);
         for _ in 0..count {
             self.y += 100;
@@ -135,7 +121,7 @@ impl<'r> Body<'r> {
         Written { elements: self.xml, declared: self.declared, watched: self.watched }
     }
 
-    fn below(&mut self, limit: u64) -> u64 {
+    pub fn below(&mut self, limit: u64) -> u64 {
         below(self.random, limit)
     }
 
@@ -144,6 +130,12 @@ impl<'r> Body<'r> {
     }
 
     fn variable(&mut self, kind: &str) -> String {
+        if let Some([name, own]) = self.result
+            && own == kind
+            && self.below(3) == 0
+        {
+            return name.to_owned();
+        }
         let found = KINDS.iter().find(|one| one.kind == kind).unwrap();
         // The first ones are inputs for the most part.
         let at = self.below(found.count);
@@ -172,7 +164,7 @@ impl<'r> Body<'r> {
     }
 
     /// Some of the points before: a graph of any form.
-    fn sources(&mut self, points: &[Point]) -> Vec<Point> {
+    pub fn sources(&mut self, points: &[Point]) -> Vec<Point> {
         let count = 1 + self.below(3).min(self.id % 3);
         let mut chosen: Vec<Point> = Vec::new();
         for _ in 0..count {
@@ -190,6 +182,7 @@ impl<'r> Body<'r> {
         let id = self.next();
         let attributes = match self.below(8) {
             0 | 1 => "negated=\"true\"",
+            2 | 3 if self.result.is_some() => "",
             2 => "edge=\"rising\"",
             3 => "edge=\"falling\"",
             _ => "negated=\"false\" storage=\"none\" edge=\"none\"",
@@ -216,6 +209,7 @@ impl<'r> Body<'r> {
             0 => "negated=\"true\"",
             1 | 2 => "storage=\"set\"",
             3 | 4 => "storage=\"reset\"",
+            5 | 6 if self.result.is_some() => "",
             5 => "edge=\"rising\"",
             6 => "edge=\"falling\"",
             _ => "",
@@ -230,7 +224,7 @@ impl<'r> Body<'r> {
     }
 
     /// A variable or a literal at the beginning of a line.
-    fn input(&mut self, kind: &str) -> Point {
+    pub fn input(&mut self, kind: &str) -> Point {
         let text = match (kind, self.below(3)) {
             ("BOOL", 0) => ["TRUE", "FALSE"][self.below(2) as usize].to_owned(),
             ("INT", 0) => (self.below(40) as i64 - 10).to_string(),
@@ -240,16 +234,10 @@ impl<'r> Body<'r> {
             ("TIME", 0) => format!("T#{}ms", self.below(90)),
             _ => self.variable(kind),
         };
-        let id = self.next();
-        let place = self.place(20);
-        self.xml += &format!(
-            "<inVariable localId=\"{id}\">{place}<connectionPointOut/><expression>{text}\
-             </expression></inVariable>"
-        );
-        Point { id, pin: None }
+        self.named_input(&text)
     }
 
-    fn output(&mut self, kind: &str, source: Point) {
+    pub fn output(&mut self, kind: &str, source: Point) {
         let variable = self.variable(kind);
         let id = self.next();
         let place = self.place(600);
@@ -260,7 +248,7 @@ impl<'r> Body<'r> {
         );
     }
 
-    fn block(
+    pub fn block(
         &mut self,
         kind: &str,
         instance: Option<&str>,
@@ -449,11 +437,16 @@ impl<'r> Body<'r> {
         let count = 1 + self.below(7);
         for at in 0..count {
             let x = 50 + at * 40;
-            let point = match self.below(14) {
-                0 | 1 if points.len() > 1 => self.standard(&points[1..]),
+            let is_function = self.result.is_some();
+            let point = match self.below(16) {
+                0 | 1 if points.len() > 1 && !is_function => self.standard(&points[1..]),
                 2 if points.len() > 1 && self.has_unit => self.unit(&points[1..]),
                 3 => self.compare(&points.clone()),
                 4 => match self.calculation(&points.clone()) {
+                    Some(point) => point,
+                    None => continue,
+                },
+                14 if !self.functions.is_empty() => match self.call(&points.clone()) {
                     Some(point) => point,
                     None => continue,
                 },
@@ -481,8 +474,8 @@ impl<'r> Body<'r> {
     }
 }
 
-struct Pin<'p> {
-    name: &'p str,
-    points: Vec<Point>,
-    is_negated: bool,
+pub struct Pin<'p> {
+    pub name: &'p str,
+    pub points: Vec<Point>,
+    pub is_negated: bool,
 }

@@ -3,10 +3,10 @@
 
 use std::collections::{HashMap, HashSet};
 
-use roxmltree::{Document, Node};
+use roxmltree::Document;
 
 use super::blocks::State;
-use super::reading::{Element, InputPin, Line, Part, Unit, child, element};
+use super::reading::{Element, InputPin, Line, Part, Unit, unit};
 use super::values::Value;
 
 /// An element whose edge is sensed, for what acts.
@@ -39,28 +39,10 @@ impl Machine {
         let units: Vec<Unit> = document
             .descendants()
             .filter(|node| node.tag_name().name() == "pou")
-            .map(|node| {
-                let interface = child(node, "interface").unwrap();
-                let declared =
-                    interface.descendants().filter(|node| node.tag_name().name() == "variable");
-                let variables = declared.map(|variable| {
-                    let kind = child(variable, "type").unwrap().first_element_child().unwrap();
-                    let kind = match kind.tag_name().name() {
-                        "derived" => kind.attribute("name").unwrap(),
-                        name => name,
-                    };
-                    (variable.attribute("name").unwrap().to_owned(), kind.to_owned())
-                });
-                let body = child(child(node, "body").unwrap(), "LD").unwrap();
-                Unit {
-                    name: node.attribute("name").unwrap().to_owned(),
-                    variables: variables.collect(),
-                    elements: body.children().filter(Node::is_element).map(element).collect(),
-                }
-            })
+            .map(unit)
             .collect();
-        let unit = units.iter().position(|unit| unit.name == "prog").unwrap();
-        let program = instance(&units, unit);
+        let program = units.iter().position(|unit| unit.name == "prog").unwrap();
+        let program = instance(&units, program);
         Machine { units, program }
     }
 
@@ -81,22 +63,34 @@ impl Machine {
 
 fn instance(units: &[Unit], unit: usize) -> Instance {
     let mut made = Instance { unit, ..Instance::default() };
-    for (name, kind) in &units[unit].variables {
-        let value = match kind.as_str() {
-            "BOOL" => Value::Bool(false),
-            "REAL" => Value::Real(0.0),
-            "INT" | "DINT" | "UINT" | "TIME" => Value::Whole(0),
+    for variable in &units[unit].variables {
+        let name = variable.name.clone();
+        let value = match variable.kind.as_str() {
+            "BOOL" => Value::Bool(variable.initial == "TRUE"),
+            "REAL" => Value::Real(variable.initial.parse().unwrap_or(0.0)),
+            "INT" | "DINT" | "UINT" | "TIME" => Value::Whole(variable.initial.parse().unwrap_or(0)),
             kind => {
                 match units.iter().position(|unit| unit.name == kind) {
-                    Some(inner) => drop(made.inner.insert(name.clone(), instance(units, inner))),
-                    None => drop(made.states.insert(name.clone(), State::default())),
+                    Some(inner) => drop(made.inner.insert(name, instance(units, inner))),
+                    None => drop(made.states.insert(name, State::default())),
                 }
                 continue;
             }
         };
-        made.values.insert(name.clone(), value);
+        made.values.insert(name, value);
+    }
+    if let Some(kind) = &units[unit].result {
+        made.values.insert(units[unit].name.clone(), zero(kind));
     }
     made
+}
+
+fn zero(kind: &str) -> Value {
+    match kind {
+        "BOOL" => Value::Bool(false),
+        "REAL" => Value::Real(0.0),
+        _ => Value::Whole(0),
+    }
 }
 
 fn member(instance: &Instance, name: &str) -> Value {
@@ -301,6 +295,11 @@ impl<'r> Run<'r> {
             })
             .collect();
         let enabled = given.get("EN").is_none_or(|value| value.is_on());
+        if let Some(unit) = self.units.iter().position(|unit| unit.name == kind)
+            && instance.is_empty()
+        {
+            return self.call_function(id, unit, &given);
+        }
         if instance.is_empty() {
             let result = super::tables::function(&kind, &self.types(&pins), &given);
             let eno = enabled && result.is_some();
@@ -330,13 +329,40 @@ impl<'r> Run<'r> {
         }
     }
 
+    /// A function of the file: its variables are new in each call. Without EN it is not executed,
+    /// and its result is 0; outputs keep their values.
+    fn call_function(&mut self, id: u64, unit: usize, given: &HashMap<String, Value>) {
+        let mut inner = instance(self.units, unit);
+        let enabled = given.get("EN").is_none_or(|value| value.is_on());
+        let name = &self.units[unit].name;
+        for variable in &self.units[unit].variables {
+            let key = (id, variable.name.clone());
+            self.instance.results.entry(key).or_insert(zero(&variable.kind));
+        }
+        if enabled {
+            inner.values.extend(given.iter().map(|(name, value)| (name.clone(), *value)));
+            Run::of(self.units, &mut inner, self.now_ms).execute();
+            let outputs = self.units[unit].variables.iter();
+            let outputs = outputs.map(|one| ((id, one.name.clone()), inner.values[&one.name]));
+            self.instance.results.extend(outputs);
+        }
+        self.instance.results.insert((id, "OUT".to_owned()), inner.values[name]);
+        self.instance.results.insert((id, "ENO".to_owned()), Value::Bool(enabled));
+    }
+
     /// The type of the first number at the pins.
     fn types(&self, pins: &[InputPin]) -> String {
         let variables = &self.units[self.instance.unit].variables;
+        let result = |kind: &String| {
+            let unit = self.units.iter().find(|unit| unit.name == *kind);
+            unit.and_then(|unit| unit.result.clone())
+        };
         let of = |pin: &InputPin| match &self.elements[&pin.lines[0].id].part {
-            Part::Input(text) => {
-                variables.iter().find(|(name, _)| name == text).map(|(_, kind)| kind.clone())
-            }
+            // A function calls its result as itself.
+            Part::Input(text) => result(text).or_else(|| {
+                variables.iter().find(|one| one.name == *text).map(|one| one.kind.clone())
+            }),
+            Part::Block { kind, .. } if result(kind).is_some() => result(kind),
             Part::Block { pins, instance, .. } if instance.is_empty() => Some(self.types(pins)),
             _ => None,
         };

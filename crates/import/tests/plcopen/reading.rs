@@ -33,12 +33,47 @@ pub struct Element {
     pub part: Part,
 }
 
-/// A program or a function block.
+/// A declared variable.
+#[derive(Clone, Debug)]
+pub struct Declared {
+    pub name: String,
+    pub kind: String,
+    pub initial: String,
+}
+
+/// A program, a function block or a function.
 #[derive(Clone, Debug)]
 pub struct Unit {
     pub name: String,
-    pub variables: Vec<(String, String)>,
+    /// Of a function.
+    pub result: Option<String>,
+    pub variables: Vec<Declared>,
     pub elements: Vec<Element>,
+}
+
+/// The unit that a node says.
+pub fn unit(node: Node<'_, '_>) -> Unit {
+    let interface = child(node, "interface").unwrap();
+    let declared = interface.descendants().filter(|node| node.tag_name().name() == "variable");
+    let variables = declared.map(|variable| {
+        let kind = child(variable, "type").unwrap().first_element_child().unwrap();
+        let kind = match kind.tag_name().name() {
+            "derived" => kind.attribute("name").unwrap(),
+            name => name,
+        };
+        let value = child(variable, "initialValue").and_then(|node| node.first_element_child());
+        let initial = value.and_then(|node| node.attribute("value")).unwrap_or_default();
+        let name = variable.attribute("name").unwrap().to_owned();
+        Declared { name, kind: kind.to_owned(), initial: initial.to_owned() }
+    });
+    let result = child(interface, "returnType").and_then(|node| node.first_element_child());
+    let body = child(child(node, "body").unwrap(), "LD").unwrap();
+    Unit {
+        name: node.attribute("name").unwrap().to_owned(),
+        result: result.map(|kind| kind.tag_name().name().to_owned()),
+        variables: variables.collect(),
+        elements: body.children().filter(Node::is_element).map(element).collect(),
+    }
 }
 
 /// The first child with a name.
