@@ -45,4 +45,6 @@ echo "workload         n     native     engine    ratio   (instructions a rung a
 one W-order "$size" "$size"
 one W-shuffled "$size" "$size"
 one W-contacts "$size" "$size"
+one W-chain-30 "$size" "$size"
+one W-chain-60 "$size" "$size"
 one S-stages "$size" $((size * 4))

@@ -4,7 +4,9 @@ use std::fmt::Write;
 
 use rungd_engine::isa::MemorySizes;
 
-use super::workload::{Contact, Input, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, Workload};
+use super::workload::{
+    Bit, BitContact, Contact, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, Workload,
+};
 
 pub fn sizes(workload: &Workload) -> MemorySizes {
     let default = MemorySizes::default();
@@ -39,9 +41,9 @@ pub fn text(workload: &Workload) -> String {
 
 fn flat_rung(text: &mut String, at: usize, rung: &Rung) {
     let (leg, preset) = (leg(&rung.leg), rung.preset);
-    let [c, d] = rung.reset;
+    let [c, d] = rung.reset.map(bit);
     let counter = |text: &mut String, name: &str, mnemonic: &str| {
-        let reset = format!("leg.rst = [\"X{c}\", \"X{d}\"]");
+        let reset = format!("leg.rst = [\"{c}\", \"{d}\"]");
         let count = format!("do = [\"{mnemonic} CT{at} preset={preset}\"]");
         write!(text, "\n[[program.rung]]\nleg.{name} = {leg}\n{reset}\n{count}\n").unwrap();
         write!(text, "\n[[program.rung]]\nwhen = [\"CT{at}.Done\"]\ndo = [\"OUT C{at}\"]\n")
@@ -83,13 +85,20 @@ fn leg(contacts: &[Contact]) -> String {
 
 fn contact(contact: &Contact) -> String {
     match contact {
-        Contact::Bit(bit) => input(bit),
-        Contact::Or(a, b) => format!("{} | {}", input(a), input(b)),
+        Contact::Bit(bit) => bit_contact(bit),
+        Contact::Or(a, b) => format!("{} | {}", bit_contact(a), bit_contact(b)),
         Contact::Less(word, than) => format!("D{word} < {than}"),
         Contact::NotRise(x) => format!("!rise(X{x})"),
     }
 }
 
-fn input(input: &Input) -> String {
-    format!("{}X{}", if input.opposite { "!" } else { "" }, input.x)
+fn bit_contact(contact: &BitContact) -> String {
+    format!("{}{}", if contact.opposite { "!" } else { "" }, bit(contact.bit))
+}
+
+fn bit(bit: Bit) -> String {
+    match bit {
+        Bit::Input(x) => format!("X{x}"),
+        Bit::Coil(rung) => format!("C{rung}"),
+    }
 }

@@ -93,9 +93,7 @@ fn main() -> anyhow::Result<()> {
         );
     }
     for name in Name::ALL {
-        let sizes: &[usize] =
-            if name == Name::Stages { &[10, 100, 1000] } else { &[100, 1000, 10_000] };
-        for n in sizes.iter().filter(|n| arguments.n.is_none_or(|only| only == **n)) {
+        for n in name.sizes().iter().filter(|n| arguments.n.is_none_or(|only| only == **n)) {
             if name.text().contains(&arguments.only) {
                 one(&arguments, &Workload::new(name, *n))?;
             }

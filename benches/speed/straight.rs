@@ -8,7 +8,8 @@
 use std::fmt::Write;
 
 use super::workload::{
-    Contact, INPUTS, Input, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, WORDS, Workload,
+    Bit, BitContact, Contact, INPUTS, Kind, Rung, STAGED_COILS, STAGES, Shape, Stage, WORDS,
+    Workload,
 };
 
 /// Number of rungs in a function.
@@ -71,10 +72,9 @@ fn whole(workload: &Workload, parts: &[String], start: &str) -> String {
 
 fn flat_rung(body: &mut String, at: usize, rung: &Rung) {
     let leg = leg(body, at, &rung.leg);
-    let (preset, [c, d]) = (rung.preset, rung.reset);
-    let counts = format!(
-        "let r = m.x[{c}] & m.x[{d}]; let n = (l & (m.r[{at}].w ^ 1)) as i32; m.r[{at}].w = l;"
-    );
+    let (preset, [c, d]) = (rung.preset, rung.reset.map(bit));
+    let counts =
+        format!("let r = {c} & {d}; let n = (l & (m.r[{at}].w ^ 1)) as i32; m.r[{at}].w = l;");
     let text = match rung.kind {
         Kind::CountUp => format!(
             "{counts} let a = m.r[{at}].a.wrapping_add(n) & (r as i32 - 1);\n\
@@ -136,8 +136,8 @@ fn leg(body: &mut String, at: usize, contacts: &[Contact]) -> String {
     let mut terms = Vec::new();
     for contact in contacts {
         terms.push(match contact {
-            Contact::Bit(bit) => input(bit),
-            Contact::Or(a, b) => format!("({} | {})", input(a), input(b)),
+            Contact::Bit(bit) => bit_contact(bit),
+            Contact::Or(a, b) => format!("({} | {})", bit_contact(a), bit_contact(b)),
             Contact::Less(word, than) => format!("((m.d[{word}] < {than}) as u8)"),
             Contact::NotRise(x) => {
                 writeln!(body, "let e{at} = (m.x[{x}] ^ 1) | m.r[{at}].e; m.r[{at}].e = m.x[{x}];")
@@ -149,9 +149,17 @@ fn leg(body: &mut String, at: usize, contacts: &[Contact]) -> String {
     format!("({})", terms.join(" & "))
 }
 
-fn input(input: &Input) -> String {
-    match input.opposite {
-        false => format!("m.x[{}]", input.x),
-        true => format!("(m.x[{}] ^ 1)", input.x),
+fn bit_contact(contact: &BitContact) -> String {
+    let bit = bit(contact.bit);
+    match contact.opposite {
+        false => bit,
+        true => format!("({bit} ^ 1)"),
+    }
+}
+
+fn bit(bit: Bit) -> String {
+    match bit {
+        Bit::Input(x) => format!("m.x[{x}]"),
+        Bit::Coil(rung) => format!("m.c[{rung}]"),
     }
 }

@@ -1,8 +1,8 @@
 //! The workloads as data: their rungs, and the inputs and queued writes of each scan.
 //!
 //! `ladder` writes a workload as a ladder file, `straight` as Rust; both do the same work. A
-//! workload is generated from a seed. W and W′ are flat: rungs of four kinds in Main. S is staged:
-//! Programs of eight Stages; one Stage of each executes in a scan.
+//! workload is generated from a seed. W, W′ and W-chain are flat: rungs of four kinds in Main. S is
+//! staged: Programs of eight Stages; one Stage of each executes in a scan.
 
 /// Number of inputs that change, and of data words that compares read.
 pub const INPUTS: u64 = 256;
@@ -11,6 +11,8 @@ pub const WORDS: u64 = 64;
 const WRITES_PER_SCAN: usize = 4;
 /// Number of scans until inputs and queued writes repeat.
 const SCENE_SCANS: usize = 1024;
+/// Number of rungs above a rung of W-chain whose coils its contacts may read.
+const CHAIN_REACH: u64 = 200;
 /// Stages of each Program of S.
 pub const STAGES: usize = 8;
 /// Coils of each Program of S: one that all Stages drive, and two for each Stage.
@@ -25,18 +27,40 @@ pub enum Name {
     Shuffled,
     /// W′: more contacts, of more kinds; kinds of rungs mixed.
     Contacts,
+    /// W-chain: as W with the kinds mixed, and 30 of 100 contacts read a coil of a rung above.
+    Chained30,
+    /// The same with 60 of 100.
+    Chained60,
     /// S: Programs with Stages.
     Stages,
 }
 
 impl Name {
-    pub const ALL: [Name; 4] = [Name::Ordered, Name::Shuffled, Name::Contacts, Name::Stages];
+    pub const ALL: [Name; 6] = [
+        Name::Ordered,
+        Name::Shuffled,
+        Name::Contacts,
+        Name::Chained30,
+        Name::Chained60,
+        Name::Stages,
+    ];
+
+    /// The sizes that the table shows.
+    pub fn sizes(self) -> &'static [usize] {
+        match self {
+            Name::Ordered | Name::Shuffled | Name::Contacts => &[100, 1000, 10_000],
+            Name::Chained30 | Name::Chained60 => &[100, 1000, 5000],
+            Name::Stages => &[10, 100, 1000],
+        }
+    }
 
     pub fn text(self) -> &'static str {
         match self {
             Name::Ordered => "W-order",
             Name::Shuffled => "W-shuffled",
             Name::Contacts => "W-contacts",
+            Name::Chained30 => "W-chain-30",
+            Name::Chained60 => "W-chain-60",
             Name::Stages => "S-stages",
         }
     }
@@ -51,28 +75,36 @@ pub enum Kind {
     OffDelay,
 }
 
-/// An input as a contact.
+/// A bit that a contact reads.
 #[derive(Clone, Copy, Debug)]
-pub struct Input {
-    pub x: u64,
+pub enum Bit {
+    Input(u64),
+    /// The coil of the flat rung of this number, which stands above.
+    Coil(usize),
+}
+
+/// A bit as a contact.
+#[derive(Clone, Copy, Debug)]
+pub struct BitContact {
+    pub bit: Bit,
     pub opposite: bool,
 }
 
 /// One contact of a leg.
 #[derive(Clone, Copy, Debug)]
 pub enum Contact {
-    Bit(Input),
-    Or(Input, Input),
+    Bit(BitContact),
+    Or(BitContact, BitContact),
     Less(u64, i32),
     NotRise(u64),
 }
 
-/// A rung of W or W′: contacts, an instruction, a coil. `reset`: two inputs, for counters.
+/// A rung of W, W′ or W-chain: contacts, an instruction, a coil. `reset`: two bits, for counters.
 #[derive(Clone, Debug)]
 pub struct Rung {
     pub kind: Kind,
     pub leg: Vec<Contact>,
-    pub reset: [u64; 2],
+    pub reset: [Bit; 2],
     pub preset: i32,
 }
 
@@ -124,6 +156,8 @@ impl Workload {
                 random.shuffle(&mut rungs);
                 Shape::Flat(rungs)
             }
+            Name::Chained30 => Shape::Flat(chained(n, &mut random, 30)),
+            Name::Chained60 => Shape::Flat(chained(n, &mut random, 60)),
             Name::Stages => Shape::Staged((0..n).map(|_| stages(&mut random)).collect()),
         };
         let writes = if name == Name::Contacts { WRITES_PER_SCAN } else { 0 };
@@ -166,10 +200,28 @@ fn flat(n: usize, random: &mut Random, leg: fn(&mut Random) -> Vec<Contact>) -> 
     let mut rung = |at| Rung {
         kind: kind(at),
         leg: leg(random),
-        reset: [random.below(INPUTS), random.below(INPUTS)],
+        reset: [Bit::Input(random.below(INPUTS)), Bit::Input(random.below(INPUTS))],
         preset: 2 + random.below(14) as i32,
     };
     (0..n).map(&mut rung).collect()
+}
+
+/// Rungs of W, of which `percent` of 100 contacts read the coil of one of the rungs just above.
+fn chained(n: usize, random: &mut Random, percent: u64) -> Vec<Rung> {
+    let mut rungs = flat(n, random, plain_leg);
+    random.shuffle(&mut rungs);
+    for (at, rung) in rungs.iter_mut().enumerate().skip(1) {
+        let contacts = rung.leg.iter_mut().filter_map(|contact| match contact {
+            Contact::Bit(contact) => Some(&mut contact.bit),
+            Contact::Or(..) | Contact::Less(..) | Contact::NotRise(_) => None,
+        });
+        for bit in contacts.chain(&mut rung.reset) {
+            if random.below(100) < percent {
+                *bit = Bit::Coil(at - 1 - random.below(CHAIN_REACH.min(at as u64)) as usize);
+            }
+        }
+    }
+    rungs
 }
 
 fn plain_leg(random: &mut Random) -> Vec<Contact> {
@@ -216,8 +268,8 @@ impl Random {
         ((self.next() >> 32) * bound) >> 32
     }
 
-    fn input(&mut self, opposite: bool) -> Input {
-        Input { x: self.below(INPUTS), opposite }
+    fn input(&mut self, opposite: bool) -> BitContact {
+        BitContact { bit: Bit::Input(self.below(INPUTS)), opposite }
     }
 
     fn bit(&mut self, opposite: bool) -> Contact {

@@ -2,10 +2,12 @@
 //! change with the time of its scan, a lost device as an uncertain value, a controller that does
 //! not answer as a bad one.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
+use opcua::nodes::NodeType;
 use opcua::server::ServerHandle;
-use opcua::types::{DataValue, DateTime, LocalizedText, NodeId, StatusCode, Variant};
+use opcua::types::{AttributeId, DataValue, DateTime, LocalizedText, NodeId, StatusCode, Variant};
 use rungd_client::live::{LogPosition, LoggedChange, TagType};
 use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
 use rungd_config::controller::OUTPUT_UNKNOWN;
@@ -36,6 +38,8 @@ pub struct Publisher {
     answers: bool,
     /// The values of its last status.
     status: Vec<(NodeId, Variant)>,
+    /// The status of each value that was set.
+    statuses: HashMap<NodeId, StatusCode>,
     alarms: ConditionBook,
 }
 
@@ -60,6 +64,7 @@ impl Publisher {
             stamps: Vec::new(),
             answers: false,
             status: Vec::new(),
+            statuses: HashMap::new(),
             alarms,
         }
     }
@@ -86,6 +91,9 @@ impl Publisher {
     /// Shows a program: adds and removes nodes.
     fn begin(&mut self, tree: Arc<ShownTree>, contents: Vec<i32>, at: LogPosition) {
         let changed = self.replace_nodes(&tree);
+        let space = self.nodes.address_space().read();
+        self.statuses.retain(|id, _| space.find(id).is_some());
+        drop(space);
         self.nodes.inner().show(Arc::clone(&tree));
         self.stamps = vec![time(at.unix_ns); tree.tree.nodes.len()];
         (self.tree, self.contents) = (tree, contents);
@@ -166,7 +174,7 @@ impl Publisher {
     }
 
     /// Shows the values of nodes.
-    fn show(&self, places: &[usize]) {
+    fn show(&mut self, places: &[usize]) {
         let mut values: Vec<NodeValue> = Vec::with_capacity(places.len());
         for at in places {
             let Some(node) = self.tree.tree.nodes.get(*at) else { continue };
@@ -225,10 +233,38 @@ impl Publisher {
         }
     }
 
-    fn set(&self, values: Vec<NodeValue>) {
-        let new = values.iter().map(|(id, value)| (id, None, value.clone()));
-        // A node that is missing was removed by a reload in between.
-        let _ = self.nodes.set_values(self.handle.subscriptions(), new);
+    /// Sets the values of nodes and tells the subscriptions, in one piece: an item that a client
+    /// creates meanwhile begins with the old values or with the new ones.
+    ///
+    /// The library compares only the values of an item without a filter, so a status that changes
+    /// alone would never be told (by the standard it is). So such a value is told as missing first.
+    /// Without a source time the sampling interval lets both through.
+    fn set(&mut self, values: Vec<NodeValue>) {
+        let mut space = self.nodes.address_space().write();
+        let mut notifier = self.handle.subscriptions().data_notifier();
+        for (id, value) in values {
+            let status = value.status();
+            let turned = self.statuses.insert(id.clone(), status).is_some_and(|old| old != status);
+            if let Some(mut items) = notifier.notify_for(&id, AttributeId::Value) {
+                if turned {
+                    items.data_value(missing());
+                }
+                items.data_value(value.clone());
+            }
+            // A node that is missing was removed by a reload in between.
+            if let Some(NodeType::Variable(variable)) = space.find_mut(&id) {
+                variable.set_data_value(value);
+            }
+        }
+    }
+}
+
+/// No value, for the moment in which a status changes.
+fn missing() -> DataValue {
+    DataValue {
+        status: Some(StatusCode::BadWaitingForInitialData),
+        server_timestamp: Some(DateTime::now()),
+        ..DataValue::default()
     }
 }
 

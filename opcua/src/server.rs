@@ -36,7 +36,7 @@ const POLICIES: [SecurityPolicy; 3] = [
     SecurityPolicy::Basic256Sha256,
 ];
 /// The longest message of a client, bytes, and the most pieces of it.
-const MESSAGE: (usize, usize) = (4 << 20, 64);
+const MESSAGE: (usize, usize) = (4 << 20, 512);
 /// The time between two looks for withheld lines and old certificates.
 const HOUSEKEEPING: Duration = Duration::from_secs(2);
 /// The time for sessions to end.

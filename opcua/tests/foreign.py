@@ -141,6 +141,20 @@ class Seen:
         pass
 
 
+class Statuses(Seen):
+    """Remembers the last status of each node."""
+
+    def __init__(self):
+        super().__init__()
+        self.last = {}
+
+    def datachange_notification(self, node, val, data):
+        self.last[node.nodeid.Identifier] = data.monitored_item.Value.StatusCode.name
+
+    async def are(self, status, count):
+        return list(self.last.values()) == [status] * count
+
+
 async def browse_and_read(client):
     """All tags of the program, with the values that `rungd read` shows."""
     names = {}
@@ -331,7 +345,13 @@ async def has_value(seen, wanted):
 
 
 async def endings(client, running):
-    """The values are bad while the controller is away, and good when it is back."""
+    """The values are bad while the controller is away, and good when it is back; a subscription says so,
+    although no value changes, also between two samples."""
+    told = Statuses()
+    subscription = await client.create_subscription(100, told)
+    for name, interval in [("speed", 0), ("/status/Mode", 1_000), ("level", 3_600_000)]:
+        await subscription.subscribe_data_change(tag(client, name), sampling_interval=interval)
+    await awaits("first values", lambda: told.are("Good", 3))
     running.end(signal.SIGKILL)
 
     async def status(name):
@@ -345,8 +365,11 @@ async def endings(client, running):
         return await status("speed") == "Good" and await status("/status/Mode") == "Good"
 
     await awaits("bad values", is_bad)
+    await awaits("bad values of a subscription", lambda: told.are("BadNoCommunication", 3))
     running = controller()
     await awaits("good values", is_good)
+    await awaits("good values of a subscription", lambda: told.are("Good", 3))
+    await subscription.delete()
     passed("a controller that ends and starts")
     return running
 
