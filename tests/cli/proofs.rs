@@ -136,3 +136,19 @@ fn abc_agrees_about_the_questions_of_suites() {
         judge_by_abc(&copied.path().join(format!("config/tests/{name}.test.toml")));
     }
 }
+
+#[test]
+fn abc_reads_a_question_whose_lines_and_inputs_are_the_names_of_bits() {
+    if !abc::is_installed() {
+        return;
+    }
+    let folder = TestFolder::new("proofs-abc-names");
+    let ladder = "[tags]\nheld = { at = \"C0\" }\nlamp = { at = \"Y0\" }\n\
+                  [[program]]\nname = \"Main\"\n\
+                  rung = [{ when = [\"X0 | held\"], do = [\"SET lamp\"] }]\n";
+    let suite = "ladder = [\"lamp.toml\"]\nalways = [\"lamp\", \"held\", \"lamp | !X0\"]\n\
+                 [prove]\nevents = [\"writes\"]\nwritable = [\"held\", \"lamp\"]\n";
+    fs::write(folder.path().join("lamp.toml"), ladder).expect("a ladder");
+    fs::write(folder.path().join("lamp.test.toml"), suite).expect("a suite");
+    judge_by_abc(&folder.path().join("lamp.test.toml"));
+}

@@ -26,11 +26,12 @@ pub fn is_installed() -> bool {
 }
 
 /// Property-directed reachability on a file; `None` if it does not end within these seconds. The exit
-/// code says nothing.
+/// code says nothing. A file that ABC refuses, as one with two inputs of one name, fails the test.
 pub fn judge(file: &Path, seconds: u32) -> Option<AbcAnswer> {
     let commands = format!("read_aiger {}; fold; pdr -T {seconds}", file.display());
     let output = Command::new(PROGRAM).args(["-c", &commands]).output().expect("ABC runs");
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(!said.contains("from file has failed"), "{said}");
     if said.contains("Property proved") {
         return Some(AbcAnswer::Proved);
     }

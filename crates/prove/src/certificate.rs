@@ -4,6 +4,7 @@
 //! Called by `rungd prove --certificate`, which writes the files. The gates are those of `encode`
 //! before any other step, so nothing but the encoding has to be believed.
 
+use std::collections::HashSet;
 use std::fmt::Write as _;
 
 use crate::aig::Literal;
@@ -99,29 +100,31 @@ impl Names<'_> {
                 format!("any value of {}.{bit}", self.cell(gates.cuts[at as usize].cell))
             }
         };
-        let inputs = gates.inputs.iter();
-        let latches = gates.latches.iter();
+        let mut distinct = DistinctNames::default();
+        let latches = gates.latches.iter().map(|latch| NamedLatch {
+            literal: latch.literal,
+            next: latch.next,
+            initial: latch.initial,
+            name: distinct.name(self.held(latch.holds), "held"),
+        });
+        let latches = latches.collect();
+        let inputs = gates.inputs.iter().map(|one| NamedLiteral {
+            literal: one.literal,
+            name: distinct.name(input(one.of), "given"),
+        });
+        let inputs = inputs.collect();
         let lines = self.questions.lines.iter().filter(|line| line.outside.is_none());
         let bad = lines.map(|line| {
             let judged = &self.questions.model.judged;
             let at = judged.iter().position(|bit| *bit == line.target.bit).unwrap_or_default();
             let literal = gates.judged[at].inverted_if(!line.target.value);
-            NamedLiteral { literal, name: one_line(&line.text) }
+            NamedLiteral { literal, name: distinct.name(one_line(&line.text), "line") }
         });
         let constraints = gates.constraints.iter().enumerate();
         let system = aiger::AigerSystem {
             graph: &gates.graph,
-            inputs: inputs
-                .map(|one| NamedLiteral { literal: one.literal, name: input(one.of) })
-                .collect(),
-            latches: latches
-                .map(|latch| NamedLatch {
-                    literal: latch.literal,
-                    next: latch.next,
-                    initial: latch.initial,
-                    name: self.held(latch.holds),
-                })
-                .collect(),
+            inputs,
+            latches,
             bad: bad.collect(),
             constraints: constraints
                 .map(|(at, literal)| NamedLiteral {
@@ -213,6 +216,21 @@ impl Names<'_> {
             (None, Cell::Word(WordCell(at))) => format!("word {at}"),
             (None, Cell::WordBit(bit)) => format!("word {}", bit.word.0),
         }
+    }
+}
+
+/// The names in the symbol table of a question. ABC refuses a file with a name twice.
+#[derive(Default)]
+struct DistinctNames(HashSet<String>);
+
+impl DistinctNames {
+    /// A name that nothing has yet: `ready`, then `ready (line)`.
+    fn name(&mut self, name: String, what: &str) -> String {
+        let others = (2..).map(|number| format!("{name} ({what} {number})"));
+        let mut all = [name.clone(), format!("{name} ({what})")].into_iter().chain(others);
+        let free = all.find(|name| !self.0.contains(name)).unwrap_or_default();
+        self.0.insert(free.clone());
+        free
     }
 }
 

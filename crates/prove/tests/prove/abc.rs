@@ -9,6 +9,7 @@ use super::drawn::{Drawn, drawn};
 use rungd_prove::deduce::Patience;
 use rungd_prove::encode::encode;
 use rungd_prove::explore::{ExploreLimits, Explored, explore};
+use rungd_prove::gates::Gates;
 use rungd_prove::model::Target;
 use rungd_prove::race::{Decision, by_deducing};
 use rungd_test_support::abc::{AbcAnswer, is_installed, judge as judged_by_abc};
@@ -34,7 +35,7 @@ fn reached(drawn: &Drawn, target: Target) -> Option<bool> {
         threads: 1,
         deadline: None,
         stop: &|| false,
-        states: Some(5_000),
+        states: Some(2_000),
         depth: None,
         scans: None,
     };
@@ -51,12 +52,19 @@ fn reached(drawn: &Drawn, target: Target) -> Option<bool> {
     }
 }
 
-fn judge(folder: &TestFolder, drawn: &Drawn, target: Target, tally: &mut Tally) {
+/// A question about random gates.
+struct Question<'d> {
+    drawn: &'d Drawn,
+    gates: &'d Gates,
+    target: Target,
+}
+
+fn judge(folder: &TestFolder, question: Question, tally: &mut Tally) {
+    let Question { drawn, gates, target } = question;
     let Some(is_reached) = reached(drawn, target) else {
         tally.open += 1;
         return;
     };
-    let gates = encode(&drawn.model);
     let at = drawn.model.judged.iter().position(|bit| *bit == target.bit).expect("a judged bit");
     let gates = gates.reduced(&[at]);
     // What a cut computes is any value in the file: then more can be reached there.
@@ -85,8 +93,10 @@ fn abc_agrees_about_random_programs() {
     let mut tally = Tally::default();
     for seed in first..first + count {
         let drawn = drawn(seed);
+        let gates = encode(&drawn.model);
         for bit in &drawn.model.judged {
-            judge(&folder, &drawn, Target { bit: *bit, value: seed % 2 == 0 }, &mut tally);
+            let target = Target { bit: *bit, value: seed % 2 == 0 };
+            judge(&folder, Question { drawn: &drawn, gates: &gates, target }, &mut tally);
         }
     }
     println!("{count} programs: {tally:?}");

@@ -29,7 +29,10 @@ pub struct StepValues {
 
 /// The question whether one of these literals is ever ON.
 pub fn written<'g>(gates: &'g Gates, bad: &[Literal]) -> AigerSystem<'g> {
-    let named = |literal: Literal| NamedLiteral { literal, name: "a name".to_owned() };
+    let named = |name: &str, all: Vec<Literal>| {
+        let one = |(at, literal)| NamedLiteral { literal, name: format!("{name} {at}") };
+        all.into_iter().enumerate().map(one).collect()
+    };
     let latches = gates.latches.iter().map(|latch| NamedLatch {
         literal: latch.literal,
         next: latch.next,
@@ -38,10 +41,10 @@ pub fn written<'g>(gates: &'g Gates, bad: &[Literal]) -> AigerSystem<'g> {
     });
     AigerSystem {
         graph: &gates.graph,
-        inputs: gates.inputs.iter().map(|input| named(input.literal)).collect(),
+        inputs: named("input", gates.inputs.iter().map(|input| input.literal).collect()),
         latches: latches.collect(),
-        bad: bad.iter().map(|bad| named(*bad)).collect(),
-        constraints: gates.constraints.iter().map(|kept| named(*kept)).collect(),
+        bad: named("bad", bad.to_vec()),
+        constraints: named("constraint", gates.constraints.clone()),
         comment: "A comment.".to_owned(),
     }
 }

@@ -185,16 +185,25 @@ impl EncodedCells {
     }
 }
 
+/// The places at which two memories differ. Most parts are the same, and compared as a whole.
+fn differing<T: PartialEq>(before: &[T], now: &[T]) -> impl Iterator<Item = u32> {
+    const PART: usize = 64;
+    let parts = before.chunks(PART).zip(now.chunks(PART)).enumerate();
+    parts.filter(|(_, (before, now))| before != now).flat_map(|(at, (before, now))| {
+        let cells = before.iter().zip(now).enumerate();
+        let differ = cells.filter(|(_, (before, now))| before != now);
+        differ.map(move |(place, _)| (at * PART + place) as u32)
+    })
+}
+
 /// What has no gates keeps its value: no write was left out of them.
 fn check_others(model: &ProofModel, encoded: &EncodedCells, images: [&rungd_engine::Image; 2]) {
     let [before, now] = images;
     let EncodedCells { bits, words } = encoded;
-    let changed_bits = (0..).zip(before.bits().iter().zip(now.bits()));
-    let changed_bits = changed_bits.filter(|(_, (before, now))| before != now);
-    let changed_bits = changed_bits.map(|(at, _)| BitCell(at)).filter(|at| !bits.contains(at));
-    let changed_words = (0..).zip(before.words().iter().zip(now.words()));
-    let changed_words = changed_words.filter(|(_, (before, now))| before != now);
-    let changed_words = changed_words.map(|(at, _)| WordCell(at)).filter(|at| !words.contains(at));
+    let changed_bits = differing(before.bits(), now.bits()).map(BitCell);
+    let changed_bits = changed_bits.filter(|at| !bits.contains(at));
+    let changed_words = differing(before.words(), now.words()).map(WordCell);
+    let changed_words = changed_words.filter(|at| !words.contains(at));
     for cell in changed_bits.map(Cell::Bit).chain(changed_words.map(Cell::Word)) {
         let is_input = model.inputs.iter().any(|input| input.cell == cell);
         let address = model.code.layout.address(cell);

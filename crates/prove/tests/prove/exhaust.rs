@@ -5,8 +5,7 @@
 
 use rungd_engine::{Engine, EngineState};
 use rungd_prove::model::{Choice, ProofModel, Run, Target};
-use std::collections::HashMap;
-use std::hash::{BuildHasher, RandomState};
+use std::collections::BTreeMap;
 
 /// All combinations of values.
 pub fn combinations(choices: &[Choice]) -> Vec<Vec<i32>> {
@@ -36,7 +35,7 @@ pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
         if level.is_empty() || scans > most {
             return Exhausted { found: None, depth, is_all: level.is_empty() };
         }
-        let (mut next, hasher) = (HashMap::<u64, Vec<EngineState>>::new(), RandomState::new());
+        let mut next = States::new();
         for state in level {
             for inputs in &combinations {
                 run.resume(&state, depth as u64);
@@ -50,7 +49,7 @@ pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
                 }
                 if !outcome.is_last {
                     run.settle();
-                    insert(&mut next, &hasher, &run.engine);
+                    insert(&mut next, &run.engine);
                 }
             }
         }
@@ -59,9 +58,11 @@ pub fn exhaust(model: &ProofModel, target: Target, most: usize) -> Exhausted {
     unreachable!("depths have no end")
 }
 
-fn insert(states: &mut HashMap<u64, Vec<EngineState>>, hasher: &RandomState, engine: &Engine) {
-    let image = engine.image();
-    let alike = states.entry(hasher.hash_one((image.bits(), image.words()))).or_default();
+/// States by their bits. A debug build compares bytes far faster than it hashes them.
+type States = BTreeMap<Vec<u8>, Vec<EngineState>>;
+
+fn insert(states: &mut States, engine: &Engine) {
+    let alike = states.entry(engine.image().bits().to_vec()).or_default();
     let state = EngineState::of(engine);
     if !alike.contains(&state) {
         alike.push(state);

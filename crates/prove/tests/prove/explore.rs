@@ -24,7 +24,7 @@ fn limits(memory: usize) -> ExploreLimits<'static> {
         threads: 2,
         deadline: None,
         stop: &|| false,
-        states: None,
+        states: Some(1_000),
         scans: None,
         depth: None,
     }

@@ -1,9 +1,10 @@
 //! Exploring, deducing and an exhaustive search agree about random programs, and what each finds
 //! holds on the engine.
 //!
-//! `RUNGD_PROVE_WAYS` (6) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed. A
-//! question that a way leaves open is counted, and judged by what the others say. Exploring's paths
-//! are the shortest.
+//! `RUNGD_PROVE_WAYS` (6) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed,
+//! `RUNGD_PROVE_STATES` (2000) the greatest number of states that exploring keeps: what it decides,
+//! it mostly decides with far fewer. A question that a way leaves open is counted, and judged by what
+//! the others say. Exploring's paths are the shortest.
 
 use super::drawn::{Drawn, drawn};
 use super::exhaust::{Exhausted, exhaust};
@@ -44,7 +45,7 @@ fn explored(drawn: &Drawn, target: Target) -> Explored {
         threads: 2,
         deadline: None,
         stop: &|| false,
-        states: None,
+        states: Some(setting("RUNGD_PROVE_STATES", 2000)),
         scans: None,
         depth: None,
     };
