@@ -22,6 +22,7 @@ import time
 
 import browser_rig as rig
 from browser_outputs import what_is_shown_of_an_output_is_what_the_device_got
+from browser_panels import PANEL_CHECKS
 from browser_rig import LADDER, MORE, PAGES, PICTURES, Foreign, Look, Pages, Plant, wait_for
 
 USER, PASSWORD = "anna", "correct horse"
@@ -216,7 +217,7 @@ def a_panel_shows_what_it_should(test):
     look.open("panel")
     look.until("document.querySelector('[data-lamp=lamp]').textContent === '● ON'")
     look.until("document.querySelector('[data-bar=level] > div').style.width === '40%'")
-    look.until("document.querySelector('.value [data-value=level]').textContent === '40'")
+    look.until("document.querySelector('[data-value-of=level]').textContent === '40'")
     # The trend is not empty.
     look.until("""() => { const of = document.querySelector('canvas');
       return of.width && of.getContext('2d').getImageData(0, 0, of.width, of.height).data.some(part => part); }""")
@@ -246,13 +247,15 @@ def a_user_signs_in_and_writes(test):
         now_ms = time.clock_gettime(time.CLOCK_BOOTTIME) * 1000
         assert re.fullmatch("[0-9a-f]{16}", deadline["clock"]) and now_ms - 60_000 < deadline["ms"] < now_ms + 8_100, deadline
         wait_for("a write", lambda: test.plant.value("start") is True or test.plant.value("start") == 1)
-        look.until("/now ON/.test(document.querySelector('main').textContent)")
+        look.until("/ON: waits for the ladder/.test(document.querySelector('main').textContent)")
+        # A value of the list of tags, where the controller judges it.
+        look.open("tags")
         field = look.page.get_by_label("new value of level")
         field.fill("33")
         field.press("Enter")
         wait_for("a value", lambda: test.plant.value("level") == 33)
         # The shown value changes, and the field accepts a further value.
-        look.until("document.querySelector('.value [data-value=level]').textContent === '33'")
+        look.until("document.querySelector('[data-value=level]').textContent === '33'")
         field.fill("1000")
         field.press("Enter")
         look.until("/takes 0 to 100/.test(document.querySelector('main').textContent)")
@@ -596,6 +599,7 @@ CHECKS = [
     a_panel_shows_what_it_should,
     what_is_shown_of_an_output_is_what_the_device_got,
     a_user_signs_in_and_writes,
+    *PANEL_CHECKS,
     nothing_is_wider_than_a_narrow_screen,
     the_keyboard_alone_reaches_everything,
     what_has_the_focus_keeps_it,

@@ -52,6 +52,8 @@ pub struct ControllerSetup {
     pub(super) operator: Operator,
     /// The operands that pages may write: `[web] write`.
     pub(super) pages_write: Vec<Address>,
+    /// The operands that pages may hold: those of `hold` in a panel.
+    pub(super) pages_hold: Vec<Address>,
     pub(super) narration: Narration,
     pub(super) watched: WatchedCells,
     pub(super) pace: ScannerSettings,
@@ -169,6 +171,7 @@ pub fn settle(
         names: Arc::new(OperandNames::new(program, &symbols)),
         operator: controller.operator.clone(),
         pages_write: controller.web.write.iter().map(|(_, what)| *what).collect(),
+        pages_hold: controller.web.hold.clone(),
         pace,
         memory: PublicMemory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
         posture: controller.realtime.clone(),

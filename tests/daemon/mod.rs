@@ -17,6 +17,7 @@ mod monitor;
 mod names;
 mod no_descriptors;
 mod operator_commands;
+mod operator_hold;
 mod operator_hostile;
 mod operator_late;
 mod operator_modes;

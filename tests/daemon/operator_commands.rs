@@ -125,11 +125,25 @@ fn a_write_without_lasting_effect_reports_the_reason() {
     let live = live();
     let said = live.say("write C7 off");
     assert_eq!(said.code, 0);
-    assert!(said.err.contains("but the same scan overwrote it"), "{said:?}");
+    assert!(said.err.contains("but the same scan overwrote it: `rungd why C7` names"), "{said:?}");
     live.ok("force size 9");
     let said = live.say("write size 10");
     assert_eq!(said.code, 1);
     assert!(said.err.contains("`size` is forced to 9"), "{said:?}");
+}
+
+#[test]
+fn a_command_that_the_ladder_resets_is_told_as_taken_and_never_to_be_forced() {
+    let take = "{ when = [\"C20\"], do = [\"RST C20\", \"OUT C21\"] },\n  { when = [\"jam\"]";
+    let live = Live::scanning(&LADDER.replace("{ when = [\"jam\"]", take));
+    let said = live.say("write C20 on");
+    assert_eq!((said.code, said.out.as_str()), (0, "C20: OFF, was OFF\n"), "{said:?}");
+    let taken = "note: taken: it became ON, and the ladder has turned it OFF again\n";
+    assert_eq!(said.err, taken);
+    assert_eq!(live.say("write --json C20 on").json()["taken"], true);
+    let json = live.say("write --json C7 off").json();
+    assert!(json.get("taken").is_none(), "{json}");
+    assert!(!json["note"].as_str().unwrap().contains("force"), "{json}");
 }
 
 #[test]

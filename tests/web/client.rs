@@ -42,9 +42,9 @@ write = ["level", "start"]
 name = "Line"
 show = [
   { lamp = "lamp", text = "Running" },
-  { button = "start" },
-  { value = "level" },
-  { bar = "level", min = 0, max = 100 },
+  { button = "start", confirm = "Start the line?" },
+  { value = "level", decimals = 1 },
+  { bar = "level", min = 0, max = 100, unit = "m" },
   { trend = "parts.Acc" },
 ]
 "#;

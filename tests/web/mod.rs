@@ -6,6 +6,7 @@ mod compares;
 mod crowd;
 mod outputs;
 mod pages;
+mod press;
 mod secured;
 mod strangers;
 mod users;

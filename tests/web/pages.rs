@@ -127,7 +127,12 @@ fn tags_can_be_searched_and_trends_contain_every_change() {
         assert!(first.as_f64().unwrap() >= began.as_millis() as f64 - 1.0, "{first}");
     }
     let panels = web.get("/api/panels", &visitor).json();
-    assert_eq!(panels["panels"][0]["show"][3]["limits"], json!([0, 100]));
+    let show = &panels["panels"][0]["show"];
+    assert_eq!(show[3]["limits"], json!([0, 100]));
+    assert_eq!((&show[1]["confirm"], &show[1]["takes"]), (&json!("Start the line?"), &json!(null)));
+    assert_eq!((&show[2]["unit"], &show[2]["decimals"]), (&json!("cm"), &json!(1)));
+    assert_eq!((&show[2]["takes"], &show[2]["real"]), (&json!([0.0, 100.0]), &json!(false)));
+    assert_eq!(show[3]["unit"], "m", "its own unit comes before the tag's");
     for (path, says) in [
         ("/api/why?operand=lamb", "lamp"),
         ("/api/why?operand=", "name an operand"),

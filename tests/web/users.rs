@@ -12,7 +12,7 @@ use rungd_test_support::folder::TestFolder;
 use rungd_test_support::running::live::Live;
 
 /// Sets a password as a script does.
-fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {
+pub fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
     command.args(["web", "passwd", user, "--users-file", file]);
     let mut child =
@@ -64,6 +64,8 @@ fn a_user_can_write_only_listed_operands_and_the_log_names_the_user() {
     let line = web.live.line("wrote 42");
     let who = line["who"].as_str().unwrap();
     assert!(who.starts_with("anna by ") && line["event"] == "operator-write", "{line}");
+    // The moment from which scans show what the ladder has made of it.
+    assert!(change.json()["at_ms"].as_u64().unwrap() > 1_600_000_000_000, "{change:?}");
     // The address names the same operand.
     assert_eq!(write("D0", json!("43")).status, 200);
     let refused = write("level", json!(1000));

@@ -22,6 +22,7 @@ use super::command::{
 };
 use super::gate::ScanGate;
 pub use super::gate::Tempo;
+use super::hold_step::HoldStep;
 pub use super::image::{SafeState, Snapshot};
 pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
@@ -114,6 +115,8 @@ pub enum BatchRefusal {
     Overtaken,
     /// No scan took the batch before the moment until which it was to be taken.
     Late,
+    /// The hold that the batch was to put off or to end has ended.
+    HoldEnded,
 }
 
 /// The outcome of a batch.
@@ -149,6 +152,16 @@ pub struct BatchTerms {
     /// A scan that begins after this moment refuses the batch; ns of the scan's
     /// [`boottime_ns`](super::pacing::Clock::boottime_ns).
     pub until_ns: u64,
+    /// What the batch does with a hold.
+    pub hold: Option<HoldStep>,
+}
+
+impl BatchTerms {
+    /// The terms of a batch without a hold, for the cells of the program of this generation, at any
+    /// time.
+    pub fn of(generation: u32) -> BatchTerms {
+        BatchTerms { generation, is_bound: false, until_ns: u64::MAX, hold: None }
+    }
 }
 
 /// A driver's end of the exchange. Cheap to clone.
@@ -300,7 +313,7 @@ impl Port {
         generation: u32,
         writes: Vec<OperandWrite>,
     ) -> Result<Ticket, BatchRefusal> {
-        self.submit_by(BatchTerms { generation, is_bound: false, until_ns: u64::MAX }, writes)
+        self.submit_by(BatchTerms::of(generation), writes)
     }
 
     /// Does the same as [`Port::submit_to`], with terms.

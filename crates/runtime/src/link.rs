@@ -19,9 +19,11 @@ use super::exchange::{
     BatchRefusal, BatchTerms, OperandWrite, Port, QUEUED_BATCHES_MAX, Tempo, Ticket, WriteBatch,
 };
 use super::forces::Forces;
+use super::hold::{EndedHold, Holds};
 use super::image::{SafeState, Snapshot};
 use super::machine::ImageCells;
 use super::mode::{FaultReason, Mode, StopReason};
+pub use super::publication::{Publication, ScanFacts};
 use super::unwired::UnwiredInputs;
 use rungd_engine::{BitCell, Cell, Renumbered, WordCell};
 
@@ -46,34 +48,6 @@ pub struct ExchangeShape {
     pub forces_active: usize,
     /// The safe state of each Y, outside RUN.
     pub safe: Vec<SafeState>,
-}
-
-/// The objects that the scan thread hands over.
-#[derive(Debug)]
-pub enum Publication {
-    /// A complete scan, or the memory after the passes of a stop.
-    Image(Arc<Snapshot>),
-    /// The memory with which a new program begins its first scan in RUN. It is shown only if a
-    /// fault comes before the first image of that program.
-    Beginning(Arc<Snapshot>),
-    /// A fault and its time; there is no new image.
-    Fault(FaultReason, u64),
-    /// A spare of an earlier program.
-    Outlived(Arc<Snapshot>),
-}
-
-/// The values that the scan thread publishes beside its image.
-#[derive(Clone, Copy, Debug)]
-#[allow(missing_docs)]
-pub struct ScanFacts<'a> {
-    pub scans: u64,
-    pub now_ns: u64,
-    pub mode: Mode,
-    /// The time of the last change of mode.
-    pub since_ns: u64,
-    /// A stop was requested: this scan or the next one is the last of its RUN.
-    pub ending: bool,
-    pub forces: &'a Forces,
 }
 
 /// A batch on its way back, to be dropped outside the scan thread.
@@ -104,6 +78,8 @@ pub struct ScanSide {
     pub(super) generation: u32,
     /// The programs before it.
     earlier: EarlierPrograms,
+    /// The bits that somebody holds ON.
+    holds: Holds,
     /// Spare snapshots that came with the program.
     pub(super) fresh: Vec<Arc<Snapshot>>,
 }
@@ -162,6 +138,7 @@ pub fn link(shape: ExchangeShape) -> (Port, ScanSide, WorldSide) {
         orders,
         generation: 0,
         earlier: EarlierPrograms::default(),
+        holds: Holds::default(),
         fresh: Vec::new(),
     };
     let world = WorldSide {
@@ -182,6 +159,9 @@ impl ScanSide {
     /// Opens or closes the entry for batches. Batches that wait already are answered later: by
     /// scans, or by [`ScanSide::refuse_waiting`].
     pub fn set_running(&mut self, running: bool) {
+        if running {
+            self.holds.end_all();
+        }
         self.port.shared.gate.set_running(running);
     }
 
@@ -189,6 +169,7 @@ impl ScanSide {
     /// those of the last swap in the same variable, so that they are freed elsewhere.
     pub fn adopt(&mut self, generation: u32, renumbered: &mut Renumbered) {
         self.earlier.enter(self.generation, renumbered);
+        self.holds.follow(self.generation, &self.earlier);
         self.generation = generation;
     }
 
@@ -227,7 +208,7 @@ impl ScanSide {
             }
             let mut batch = self.batches.pop().ok()?;
             self.port.shared.gate.release(batch.writes.len());
-            let BatchTerms { generation, is_bound, until_ns } = batch.terms;
+            let BatchTerms { generation, is_bound, until_ns, .. } = batch.terms;
             let earlier = &self.earlier;
             let is_present = |write: &mut OperandWrite| earlier.is_renumbered(generation, write);
             let why = if until_ns < self.now_ns {
@@ -235,7 +216,10 @@ impl ScanSide {
             } else if generation == self.generation
                 || (!is_bound && batch.writes.iter_mut().all(is_present))
             {
-                break batch;
+                match self.holds.take(&batch, self.now_ns) {
+                    Ok(()) => break batch,
+                    Err(why) => why,
+                }
             } else {
                 BatchRefusal::Overtaken
             };
@@ -248,6 +232,11 @@ impl ScanSide {
         }
         self.taken.push(batch);
         self.taken.last().map(|batch| (batch.ticket, &batch.writes[..]))
+    }
+
+    /// Takes a hold that has ended; the machine turns its bit OFF. Called after the batches.
+    pub fn ended_hold(&mut self) -> Option<EndedHold> {
+        self.holds.ended(self.now_ns)
     }
 
     /// Answers all taken batches: as applied, after their scan is complete and before it is

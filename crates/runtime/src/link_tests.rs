@@ -263,7 +263,7 @@ fn a_batch_for_one_program_only_is_refused_by_the_next_one() {
     side.set_running(true);
     let write = OperandWrite::Bit(BitCell(0), true);
     let submit = |generation: u32, is_bound: bool| {
-        let terms = BatchTerms { generation, is_bound, until_ns: u64::MAX };
+        let terms = BatchTerms { is_bound, ..BatchTerms::of(generation) };
         port.submit_by(terms, vec![write]).unwrap()
     };
     let own = submit(0, true);

@@ -127,6 +127,10 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
             self.machine.comes_from(Origin::Batch(ticket));
             writes.iter().for_each(|write| self.machine.write_operand(write));
         }
+        while let Some(ended) = self.side.ended_hold() {
+            self.machine.comes_from(Origin::Batch(ended.hold));
+            self.machine.write_operand(&ended.off);
+        }
         self.machine.execute()
     }
 

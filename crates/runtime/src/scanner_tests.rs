@@ -2,6 +2,7 @@
 
 mod clock;
 mod commands;
+mod holds;
 mod swaps;
 
 use std::cell::Cell;

@@ -1,7 +1,7 @@
-//! The questions of a page, and the changes that a signed-in user may make.
+//! The questions of a page.
 //!
-//! Questions are answered from the data of `follow`. A question that executes scans again is
-//! answered on a thread for blocking work. A change is sent to the controller with the user's name.
+//! They are answered from the data of `follow`. A question that executes scans again is answered on
+//! a thread for blocking work. `changes` has what a signed-in user may change.
 
 use std::sync::Arc;
 #[cfg(feature = "prove")]
@@ -10,20 +10,16 @@ use std::sync::atomic::AtomicBool;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
-use super::follow::LookResult;
-use super::journal::say;
-use super::patience::BrowserPatience;
+use super::panels;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, computed, json_answer};
 #[cfg(feature = "prove")]
 use super::search::search;
-use super::sessions::{SignedIn, WebSession};
+use super::sessions::WebSession;
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
+use super::views::{of, operand, settings, viewed};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
-use rungd_client::operator::client::{self, CallFailure};
-use rungd_client::operator::protocol::{GivenValue, RefusalKind, Request};
-use rungd_config::controller::web::{Panel, WebSettings, Widget};
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use rungd_lab::draw::live_svg;
@@ -37,9 +33,6 @@ const TAGS_MAX: usize = 500;
 /// The questions that need the last minute.
 const PAST: [&str; 6] =
     ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/how", "/api/trend"];
-
-/// The longest name of an operand.
-const OPERAND_BYTES_MAX: usize = 256;
 
 /// Answers a question.
 pub(super) async fn question(
@@ -73,7 +66,7 @@ pub(super) async fn question(
         }
         "/api/session" => Ok(json_answer(&of_session(session, &view))),
         "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
-        "/api/panels" => Ok(json_answer(&panels(&view.program))),
+        "/api/panels" => Ok(json_answer(&panels::panels(&view.program))),
         "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
         "/api/events" => asked(site, move || Ok(happened(&view))).await,
         "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
@@ -84,15 +77,6 @@ pub(super) async fn question(
         "/api/trend" => asked(site, move || trend(&view, &query)).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
     }
-}
-
-/// The present view of the controller.
-async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
-    of(site.follow.now().await)
-}
-
-fn of(seen: Arc<LookResult>) -> Result<LiveView, WebFailure> {
-    seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
 }
 
 /// Answers a question that takes time, on a thread for blocking work; few at a time.
@@ -122,10 +106,6 @@ fn of_session(session: &WebSession, view: &LiveView) -> Value {
     })
 }
 
-fn settings(program: &LiveProgram) -> Option<&WebSettings> {
-    program.controller.as_ref().map(|controller| &controller.web)
-}
-
 /// The blocks and Stages, each with the number of rows of its rungs, from which a page computes
 /// their heights.
 fn ladder(program: &LiveProgram) -> Value {
@@ -152,23 +132,6 @@ fn ladder(program: &LiveProgram) -> Value {
         "program": name_of(program),
         "blocks": program.picture.blocks.iter().map(block).collect::<Vec<_>>(),
     })
-}
-
-fn panels(program: &LiveProgram) -> Value {
-    let widget = |widget: &Widget| {
-        json!({
-            "kind": widget.kind.key(),
-            "operand": widget.operand,
-            "text": widget.text,
-            "limits": widget.limits,
-        })
-    };
-    let panel = |panel: &Panel| {
-        let show: Vec<Value> = panel.show.iter().map(widget).collect();
-        json!({ "name": panel.name, "show": show })
-    };
-    let all = settings(program).map_or(&[][..], |web| &web.panels);
-    json!({ "panels": all.iter().map(panel).collect::<Vec<_>>() })
 }
 
 /// The tags whose name, address or `doc` contains a text.
@@ -247,15 +210,6 @@ fn happened(view: &LiveView) -> Value {
     json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
 }
 
-fn operand(query: &Query) -> Result<&str, WebFailure> {
-    let operand = query.get("operand").map(str::trim).filter(|operand| !operand.is_empty());
-    let operand = operand.ok_or_else(|| bad("name an operand"))?;
-    match operand.len() > OPERAND_BYTES_MAX {
-        true => Err(bad("the operand is too long")),
-        false => Ok(operand),
-    }
-}
-
 fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
     let text = format!("{}{}", answer.text(), answer.hints());
@@ -280,120 +234,4 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let span = found.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
     let points: Vec<Value> = found.points.iter().map(point).collect();
     Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
-}
-
-/// The session that asks for a change, and how long its browser waits for it.
-pub(super) struct Visitor {
-    pub session: WebSession,
-    pub cookie: String,
-    pub patience: BrowserPatience,
-}
-
-/// Makes a change.
-pub(super) async fn change(
-    site: &Arc<WebSite>,
-    path: &str,
-    visitor: &Visitor,
-    said: &Value,
-) -> WebResult {
-    let Some(SignedIn { name: user, .. }) = &visitor.session.user else {
-        let why = "only users who have signed in may change something: see `rungd web passwd`";
-        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
-    };
-    match path {
-        "/api/write" => write(site, visitor, user, said).await,
-        "/api/ack" => acknowledge(site, visitor, user, said).await,
-        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
-    }
-}
-
-async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value) -> WebResult {
-    let view = viewed(site).await?;
-    let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
-    let subject = &view.program.subject;
-    let cell = subject.cell(&operand).map_err(bad)?;
-    let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
-    let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
-    let Some((operand, _)) = listed.iter().find(|entry| is_listed(entry)).cloned() else {
-        let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
-        return Err(WebFailure(StatusCode::FORBIDDEN, why));
-    };
-    let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
-    let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
-    let for_user = Some(user.to_owned());
-    // The controller checks the list again, that of the program which it runs at that time.
-    let from_page = true;
-    let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
-    let done = sent(site, visitor, write).await?;
-    say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
-    Ok(json_answer(&done))
-}
-
-/// Acknowledges an alarm.
-async fn acknowledge(
-    site: &Arc<WebSite>,
-    visitor: &Visitor,
-    user: &str,
-    said: &Value,
-) -> WebResult {
-    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
-    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
-        return Err(bad("name an alarm"));
-    }
-    let alarms = vec![alarm.clone()];
-    let for_user = Some(user.to_owned());
-    let done = sent(site, visitor, Request::Ack { alarms, for_user }).await?;
-    say(&format!("{user} acknowledged {alarm}"));
-    Ok(json_answer(&done))
-}
-
-/// Sends a change to the controller, if its browser still waits and its session goes on.
-async fn sent(
-    site: &Arc<WebSite>,
-    visitor: &Visitor,
-    request: Request,
-) -> Result<Value, WebFailure> {
-    // The controller that the page shows, and no other.
-    let Some(socket) = site.follow.socket() else {
-        let why = "no controller has answered yet: nothing is changed".to_owned();
-        return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
-    };
-    let place = Arc::clone(&site.questions).acquire_owned().await;
-    // The wait for the place may have been long, and so may the one for a thread.
-    if !site.is_session_open(&visitor.cookie) {
-        let why = "the session has ended meanwhile: nothing is changed";
-        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
-    }
-    let patience = visitor.patience.clone();
-    let send = move || {
-        patience.judge().map_err(CallFailure::Refused)?;
-        client::ask_by::<Value>(&socket, &request, patience.until())
-    };
-    let sent = tokio::task::spawn_blocking(send).await;
-    drop(place);
-    match sent {
-        Ok(Ok(done)) => Ok(done),
-        Ok(Err(CallFailure::Refused(refusal))) => {
-            say(&format!("a change is refused: {}", refusal.message));
-            let status = match refusal.kind {
-                RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
-                RefusalKind::BadRequest
-                | RefusalKind::BadOperand
-                | RefusalKind::BadValue
-                | RefusalKind::Refused
-                | RefusalKind::BadFiles
-                | RefusalKind::NoAnswer
-                | RefusalKind::TooLate => StatusCode::CONFLICT,
-            };
-            Err(WebFailure(status, refusal.message))
-        }
-        Ok(Err(failure @ CallFailure::NotAllowed(..))) => {
-            say(&format!("a change is not possible: {failure}"));
-            let why = "this server may only look: to let users change something, its user must be \
-                       in the group of the operator's socket (docs/web.md)";
-            Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()))
-        }
-        Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
-        Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
-    }
 }

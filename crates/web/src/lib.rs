@@ -26,23 +26,28 @@
 
 mod api;
 mod body;
+mod changes;
 mod follow;
 mod guard;
 mod hasher;
 mod journal;
 mod listen;
 mod options;
+mod panels;
 mod patience;
+mod press;
 mod query;
 mod reply;
 mod route;
 #[cfg(feature = "prove")]
 mod search;
+mod sender;
 mod server;
 mod sessions;
 mod site;
 mod stream;
 mod users;
+mod views;
 
 pub use options::{ListenAt, WebOptions};
 pub use server::{conversation, serve};

@@ -11,13 +11,15 @@ use hyper::{Method, Request, StatusCode};
 use serde_json::{Value, json};
 use tokio::time::timeout;
 
-use super::api::{self, Visitor};
+use super::api;
 use super::body::AnswerBody;
+use super::changes;
 use super::guard::{CSRF, secure};
 use super::journal::say;
 use super::patience::BrowserPatience;
 use super::query::Query;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
+use super::sender::Visitor;
 use super::sessions::{COOKIE, SignedIn, cookie_of};
 use super::site::WebSite;
 use super::stream;
@@ -27,9 +29,10 @@ const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
 
 /// The files of the page: path, type, content.
-const PAGES: [(&str, &str, &str); 4] = [
+const PAGES: [(&str, &str, &str); 5] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/app.js", "text/javascript; charset=utf-8", include_str!("page/app.js")),
+    ("/panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
     ("/style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
     ("/favicon.ico", "image/svg+xml", include_str!("page/icon.svg")),
 ];
@@ -100,7 +103,7 @@ async fn admitted_answer(
     }
     let said = body(request).await?;
     let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
-    api::change(site, &path, &visitor, &said).await
+    changes::change(site, &path, &visitor, &said).await
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {

@@ -25,6 +25,8 @@ const HELD_MAX: usize = 8;
 /// The most questions, and the most passwords, that are processed at a time.
 const QUESTIONS_MAX: usize = 2;
 const PASSWORDS_MAX: usize = 1;
+/// The most requests of buttons that are held, at a time.
+const PRESSES_MAX: usize = 16;
 
 /// The state that all requests share.
 pub(super) struct WebSite {
@@ -36,6 +38,7 @@ pub(super) struct WebSite {
     pub address: String,
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
+    pub presses: Arc<Semaphore>,
     #[cfg(feature = "prove")]
     pub searches: Arc<Semaphore>,
     pub passwords: Arc<Semaphore>,
@@ -75,6 +78,7 @@ impl WebSite {
             address,
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),
             questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
+            presses: Arc::new(Semaphore::new(PRESSES_MAX)),
             #[cfg(feature = "prove")]
             searches: Arc::new(Semaphore::new(1)),
             passwords: Arc::new(Semaphore::new(PASSWORDS_MAX)),

@@ -35,6 +35,18 @@ impl OperatorService {
                 let asker = asker.acting_for(for_user.as_deref())?;
                 answered(self.write_set(&asker, writes).await?)
             }
+            Request::Hold { operand, for_user, from_page } => {
+                let asker = asker.acting_for(for_user.as_deref())?;
+                answered(self.hold(&asker, operand, *from_page).await?)
+            }
+            Request::KeepHold { hold, for_user } => {
+                let asker = asker.acting_for(for_user.as_deref())?;
+                answered(self.keep_hold(&asker, *hold).await?)
+            }
+            Request::EndHold { hold, for_user } => {
+                let asker = asker.acting_for(for_user.as_deref())?;
+                answered(self.end_hold(&asker, *hold).await?)
+            }
             Request::Force { operand, value } => answered(self.force(asker, operand, value).await?),
             Request::Unforce { operand } => answered(self.unforce(asker, operand).await?),
             Request::UnforceAll {} => answered(self.unforce_all(asker).await?),

@@ -15,6 +15,12 @@ pub(super) fn not_for_pages(operand: &str) -> RequestRefusal {
     RequestRefusal::new(RefusalKind::NotPermitted, message)
 }
 
+/// No part of a panel holds an operand.
+pub(super) fn not_for_holds(operand: &str) -> RequestRefusal {
+    let message = format!("`{operand}` cannot be held: no panel has a `hold` of it");
+    RequestRefusal::new(RefusalKind::NotPermitted, message)
+}
+
 /// A reload came between a page's write and its scan, and the new list may be a different one.
 pub(super) fn not_after_reload(operand: &str) -> RequestRefusal {
     let message = format!(
@@ -36,6 +42,7 @@ pub(super) fn not_taken(why: BatchRefusal, port: &Port) -> RequestRefusal {
             "too many writes wait for the next scan".to_owned()
         }
         BatchRefusal::Overtaken => CommandDenial::Gone.to_string(),
+        BatchRefusal::HoldEnded => "the hold has ended: press again".to_owned(),
         BatchRefusal::Late => return denied(CommandDenial::Late),
     };
     RequestRefusal::new(RefusalKind::Refused, message)

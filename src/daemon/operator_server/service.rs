@@ -10,6 +10,7 @@ use std::time::Duration;
 
 use tokio::time::timeout;
 
+use super::known_hold::KnownHolds;
 use super::logged_change::{LoggedOperandChange, PreviousState};
 use super::memory;
 use super::peer::{OperatorPeer, PeerRequest};
@@ -40,14 +41,17 @@ const STAYS_SAFE: &str = "only in RUN does the force reach the output: now it ha
 /// The least time limit of a change's wait for the scan that sees it.
 const WAIT_LEAST: Duration = Duration::from_secs(10);
 
-/// Answers the requests.
+/// Answers the requests. Cheap to clone.
+#[derive(Clone)]
 pub(in super::super) struct OperatorService {
     views: Generations<ProgramView>,
     pub(super) port: Port,
     pub(super) reloads: Arc<Reloads>,
     /// The forced addresses, each with the name by which it was forced. Elements of tags with a
     /// `type` are not in it: a reload may move them, and their forces with them.
-    forced: Mutex<HashMap<Address, String>>,
+    forced: Arc<Mutex<HashMap<Address, String>>>,
+    /// The holds of bits by pages.
+    pub(super) known_holds: KnownHolds,
 }
 
 impl OperatorService {
@@ -56,7 +60,8 @@ impl OperatorService {
         port: Port,
         reloads: Arc<Reloads>,
     ) -> OperatorService {
-        OperatorService { views, port, reloads, forced: Mutex::default() }
+        let (forced, known_holds) = (Arc::default(), KnownHolds::default());
+        OperatorService { views, port, reloads, forced, known_holds }
     }
 
     /// The time limit of a change's wait for the scan that sees it.
@@ -391,8 +396,18 @@ impl OperandInImage {
             before_text,
             was_forced: was.forced,
             now: self.shown(),
+            taken: false,
             note: None,
         }
+    }
+
+    /// Whether the ladder took the written ON as a command: a program that turns the bit OFF, and
+    /// drives it by no coil, has turned it OFF.
+    pub(super) fn is_taken(&self, written: BitOrNumber, before: &Snapshot) -> bool {
+        written == BitOrNumber::Bit(true)
+            && self.shown().value == BitOrNumber::Bit(false)
+            && self.latest.generation == before.generation
+            && self.view.names.may_take(self.operand.what)
     }
 
     /// A warning if the written value will be overwritten or already is: by a driver, the ladder or
@@ -408,8 +423,13 @@ impl OperandInImage {
         if now == written {
             return None;
         }
-        Some(if self.latest.generation == before.generation {
-            format!("it became {written}, but the same scan overwrote it: to hold it, force it")
+        Some(if self.is_taken(written, before) {
+            format!("taken: it became {written}, and the ladder has turned it {now} again")
+        } else if self.latest.generation == before.generation {
+            format!(
+                "it became {written}, but the same scan overwrote it: `rungd why {name}` names \
+                 the rung"
+            )
         } else {
             format!("it became {written}; meanwhile the program was reloaded, and now it is {now}")
         })

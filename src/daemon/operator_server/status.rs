@@ -74,12 +74,15 @@ pub(in super::super) struct ProgramView {
     pub about: StatusFacts,
     /// The operands that pages may write.
     pub pages_write: Vec<Address>,
+    /// The operands that pages may hold.
+    pub pages_hold: Vec<Address>,
 }
 
 impl ProgramView {
     pub fn new(setup: &ControllerSetup, parts: &StatusSources) -> ProgramView {
         let (names, about) = (Arc::clone(&setup.names), StatusFacts::new(setup, parts));
-        ProgramView { names, about, pages_write: setup.pages_write.clone() }
+        let (pages_write, pages_hold) = (setup.pages_write.clone(), setup.pages_hold.clone());
+        ProgramView { names, about, pages_write, pages_hold }
     }
 
     /// The sight of the latest image.

@@ -13,20 +13,23 @@ use tokio::time::timeout;
 use super::logged_change::{PreviousState, WaitingWrite};
 use super::logged_writes::{LoggedWrite, LoggedWrites};
 use super::peer::PeerRequest;
-use super::refused::{denied, no_answer, not_after_reload, not_for_pages, not_taken, tell_refused};
+use super::refused::{
+    denied, no_answer, not_after_reload, not_for_holds, not_for_pages, not_taken, tell_refused,
+};
 use super::service::OperatorService;
 use super::set_mistakes::{NamedPlaces, SetMistakes, wrong_count};
 use super::status::ProgramView;
 use rungd_client::operator::deadline::NEVER_NS;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
-    ChangedOperand, ChangedOperands, GivenWrite, RefusalKind, RequestRefusal, RequestResult,
-    WRITES_MAX,
+    ChangedOperand, ChangedOperands, GivenValue, GivenWrite, RefusalKind, RequestRefusal,
+    RequestResult, WRITES_MAX,
 };
 use rungd_engine::Cell;
 use rungd_runtime::Origin;
 use rungd_runtime::command::CommandDenial;
 use rungd_runtime::exchange::{BatchRefusal, BatchTerms, OperandWrite, Snapshot, Ticket};
+use rungd_runtime::hold_step::HoldStep;
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
@@ -38,6 +41,21 @@ struct CheckedWrites {
     /// Whether a page wrote them: they are for this program only.
     from_page: bool,
     writes: Vec<CheckedWrite>,
+    hold: Option<HoldStep>,
+}
+
+/// A write that has begun a hold.
+pub(super) struct HeldWrite {
+    pub hold: Ticket,
+    pub operand: Variable,
+    pub change: ChangedOperand,
+}
+
+/// What became of the writes of a change.
+struct CarriedWrites {
+    ticket: Ticket,
+    /// In the order of the writes.
+    operands: Vec<ChangedOperand>,
 }
 
 /// A write whose operand takes the value.
@@ -58,9 +76,30 @@ impl OperatorService {
         let (before, view) = self.seen();
         let checked = checked(&view, &before, write, from_page)?;
         let writes = vec![checked];
-        let mut changes =
-            self.carry_out(asker, CheckedWrites { before, from_page, writes }).await?;
+        let checked = CheckedWrites { before, from_page, writes, hold: None };
+        let mut changes = self.carry_out(asker, checked).await?.operands;
         changes.pop().ok_or_else(|| denied(CommandDenial::Gone))
+    }
+
+    /// Turns a bit ON, and holds it until the deadline of the request.
+    pub(super) async fn write_hold(
+        &self,
+        asker: &PeerRequest,
+        operand: &str,
+        from_page: bool,
+    ) -> RequestResult<HeldWrite> {
+        let (before, view) = self.seen();
+        let write = GivenWrite { operand: operand.to_owned(), value: GivenValue::Bit(true) };
+        let checked = checked(&view, &before, &write, from_page)?;
+        let operand = checked.operand.clone();
+        if !view.pages_hold.contains(&operand.what) {
+            return Err(not_for_holds(&operand.operand));
+        }
+        let hold = Some(HoldStep::Begin { until_ns: asker.until_ns });
+        let checked = CheckedWrites { before, from_page, writes: vec![checked], hold };
+        let CarriedWrites { ticket, mut operands } = self.carry_out(asker, checked).await?;
+        let change = operands.pop().ok_or_else(|| denied(CommandDenial::Gone))?;
+        Ok(HeldWrite { hold: ticket, operand, change })
     }
 
     /// Writes several operands before one scan: all of them or none.
@@ -92,8 +131,9 @@ impl OperatorService {
         if !mistakes.is_empty() {
             return Err(mistakes.refusal(false));
         }
-        let checked = CheckedWrites { before, from_page: false, writes: checked_writes };
-        Ok(ChangedOperands { changes: self.carry_out(asker, checked).await? })
+        let checked =
+            CheckedWrites { before, from_page: false, writes: checked_writes, hold: None };
+        Ok(ChangedOperands { changes: self.carry_out(asker, checked).await?.operands })
     }
 
     /// Hands in the writes as one batch, waits for their scan, and logs them as one change.
@@ -101,13 +141,14 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         checked: CheckedWrites,
-    ) -> RequestResult<Vec<ChangedOperand>> {
-        let CheckedWrites { before, from_page, writes } = checked;
+    ) -> RequestResult<CarriedWrites> {
+        let CheckedWrites { before, from_page, writes, hold } = checked;
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         // A write whose scan is far away is answered before it: from then on it is agreed.
         let until_ns = if is_long { NEVER_NS } else { self.until_ns(asker) };
-        let terms = BatchTerms { generation: before.generation, is_bound: from_page, until_ns };
+        let generation = before.generation;
+        let terms = BatchTerms { generation, is_bound: from_page, until_ns, hold };
         let ticket = self.port.submit_by(terms, writes.iter().map(CheckedWrite::write).collect());
         let ticket = ticket.map_err(|why| not_taken(why, &self.port))?;
         self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
@@ -133,13 +174,14 @@ impl OperatorService {
         }
         let changes = writes.iter().zip(sights).map(|(write, sight)| {
             let written = write.operand.held(write.value);
+            let taken = seen && sight.is_taken(written, &before);
             let note = match seen {
                 true => sight.note(written, &before),
                 false => Some(WaitingWrite { written, period }.note()),
             };
-            ChangedOperand { note, ..sight.change(write.was) }
+            ChangedOperand { taken, note, ..sight.change(write.was) }
         });
-        Ok(changes.collect())
+        Ok(CarriedWrites { ticket, operands: changes.collect() })
     }
 
     /// Waits for the scan that takes a write, or for a moment if its scan is far away.

@@ -3,11 +3,21 @@
 //! Made by [`super::names::OperandNames`] for each program. `rungd metrics` requests the list when
 //! the ladder has changed; it requests the values separately.
 
-use super::protocol::MetricList;
+use serde::{Deserialize, Serialize};
+
 use rungd_language::resolve::program::{Program, TagMeaning};
 
 /// The most operands in the list: sixteen requests read their values.
 const METRICS_MAX: usize = 4096;
+
+/// The answer to a request for metrics.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct MetricList {
+    /// In file order, each in the form that a `read` accepts; for a structure, its members.
+    pub operands: Vec<String>,
+    /// The number of operands that the answer leaves out because of its limit.
+    pub left_out: usize,
+}
 
 /// The operands of a program that are metrics.
 #[derive(Debug, Default)]

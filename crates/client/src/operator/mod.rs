@@ -10,6 +10,7 @@ mod alarm;
 pub mod client;
 pub mod deadline;
 mod groups;
+mod hold;
 mod metric;
 pub mod names;
 mod offer;
@@ -19,6 +20,7 @@ mod present;
 pub mod protocol;
 #[cfg(test)]
 mod protocol_tests;
+mod recording;
 pub mod running;
 pub mod search;
 pub mod search_failure;

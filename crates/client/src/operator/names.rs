@@ -3,7 +3,7 @@
 //! Made once for each program; `daemon::operator_server` looks up every operand of a request in it.
 //! `operand` decides whether an operand may be written or forced.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::groups::Groups;
 use super::metric::MetricNames;
@@ -13,7 +13,7 @@ use super::protocol::{
     GivenValue, MetricList, OPERANDS_MAX, OfferedName, RefusalKind, RequestRefusal,
 };
 use rungd_engine::Cell;
-use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, OperandRole};
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::mistake::sentence;
 use rungd_language::resolve::program::{BlockKind, Program, TagMeaning};
@@ -42,6 +42,8 @@ pub struct OperandNames {
     offered: NameOffer,
     /// The addresses of tags, in file order.
     tagged: Vec<Address>,
+    /// The bits that the ladder turns OFF, or writes, but drives in no scan by itself.
+    taken: HashSet<Bit>,
 }
 
 impl OperandNames {
@@ -55,6 +57,7 @@ impl OperandNames {
             groups: Groups::of(program),
             offered: NameOffer::default(),
             tagged: Vec::new(),
+            taken: taken(program),
         };
         for tag in &program.tags {
             if let TagMeaning::Address(address) = tag.meaning {
@@ -311,6 +314,12 @@ impl OperandNames {
         self.symbols.names.operand_tag(what).map(|tag| tag.to_string())
     }
 
+    /// Whether the ladder may take a bit as a command: it can turn the bit OFF, and no coil drives
+    /// it.
+    pub fn may_take(&self, what: Address) -> bool {
+        matches!(what, Address::Bit(bit) if self.taken.contains(&bit))
+    }
+
     /// Whether an address is an element of a tag with a `type`: a force of it belongs to the name.
     pub fn is_placed(&self, what: Address) -> bool {
         self.scope.places().at(what).is_some()
@@ -348,6 +357,17 @@ impl OperandNames {
     pub fn beginning(&self, prefix: &str) -> Vec<OfferedName> {
         self.offered.beginning(prefix)
     }
+}
+
+/// The bits that an instruction can turn OFF, without those that a coil drives: a coil writes its
+/// bit in every execution, so it takes no command.
+fn taken(program: &Program) -> HashSet<Bit> {
+    let bits = |is: fn(OperandRole) -> bool| {
+        program.instructions().flat_map(move |(_, instruction)| instruction.bits_written_as(is))
+    };
+    let driven: HashSet<Bit> = bits(|role| role == OperandRole::Drives).collect();
+    let written = bits(|role| !matches!(role, OperandRole::Drives | OperandRole::TurnsOn));
+    written.filter(|bit| !driven.contains(bit)).collect()
 }
 
 fn too_many(most: usize, text: &str) -> RequestRefusal {

@@ -342,3 +342,29 @@ fn a_record_stands_for_its_fields() {
     let refused = names.find_one("recipe[1]").unwrap_err().message;
     assert_eq!(refused, "`recipe[1]` is a record: name a field, `recipe[1].kind`");
 }
+
+#[test]
+fn a_bit_that_the_ladder_resets_may_be_taken_and_one_that_a_coil_drives_may_not() {
+    let names = names_of(
+        r#"
+[tags]
+start = { at = "C0" }
+held = { at = "C1" }
+driven = { at = "C2" }
+read = { at = "C3" }
+moved = { at = "C4" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["start"], do = ["RST start", "SET held"] },
+  { when = ["read"], do = ["OUT driven"] },
+  { when = ["read"], do = ["RST driven", "MATH moved = 0"] },
+]
+"#,
+    );
+    let may_take = |name: &str| names.may_take(names.find_one(name).unwrap().what);
+    assert_eq!(
+        ["start", "moved", "held", "driven", "read"].map(may_take),
+        [true, true, false, false, false]
+    );
+}

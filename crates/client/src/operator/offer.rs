@@ -6,7 +6,7 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use super::protocol::OfferedName;
+use serde::{Deserialize, Serialize};
 
 /// The most names of one answer.
 const NAMES_MAX: usize = 1000;
@@ -16,6 +16,22 @@ const LOOKED_AT_MAX: usize = 4 * NAMES_MAX;
 const BYTES_MAX: usize = 256 * 1024;
 /// The longest explanation, in characters.
 const ABOUT_CHARS_MAX: usize = 100;
+
+/// The answer to a request for names.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NameList {
+    /// In order; incomplete if there are very many.
+    pub names: Vec<OfferedName>,
+}
+
+/// A name for completion.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OfferedName {
+    /// The name.
+    pub name: String,
+    /// A short explanation.
+    pub about: String,
+}
 
 /// Names, each with a short explanation.
 ///

@@ -4,8 +4,6 @@
 //! `{"error":{"kind":"…","message":"…"}}`. `docs/operator.md` describes the fields. Names of times
 //! end in their units. Later versions may add fields to answers; a client ignores unknown fields.
 
-use base64::Engine as _;
-use base64::prelude::BASE64_STANDARD;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -13,7 +11,11 @@ pub use super::alarm::{
     AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, AlarmStatus, AlarmTime, alarm_count,
 };
 use super::deadline::Deadline;
+pub use super::hold::{HOLD_MAX, HOLD_PERIOD_MAX, HeldOperand, HoldState};
+pub use super::metric::MetricList;
+pub use super::offer::{NameList, OfferedName};
 pub use super::present::PresentOutputs;
+pub use super::recording::{RECORDING_BYTES_MAX, RecordingBytes};
 pub use super::state::{
     BlockStatus, DevicesStatus, FieldDevice, HistogramBar, LadderStatus, LogStatus, ModbusStatus,
     RecordDir, RecordStatus, RetainStatus, ScanStatus, SpreadStatus,
@@ -21,12 +23,10 @@ pub use super::state::{
 pub use super::state::{ControllerStatus, PostureStatus};
 pub use super::value::UnknownOutput;
 pub use super::value::{BitOrNumber, ShownValue, WritableValues};
+pub use super::value::{ChangedOperand, ChangedOperands};
 pub use super::value::{GivenValue, GivenWrite};
 use rungd_runtime::events::Level;
 use rungd_runtime::exchange::{BATCH_WRITES_MAX, Mode};
-
-/// The most bytes of a recording in an answer; the answer contains them as base64.
-pub const RECORDING_BYTES_MAX: usize = 45 << 20;
 
 /// The version of this protocol, as sent in [`ControllerStatus`].
 pub const PROTOCOL: u32 = 1;
@@ -86,6 +86,33 @@ pub enum Request {
         /// Operands as those of a `read`; without operands, all tags.
         #[serde(default)]
         operands: Vec<String>,
+    },
+    /// Turns one bit ON, in RUN, for [`HOLD_MAX`] at most: [`HeldOperand`].
+    Hold {
+        /// A bit that a panel of the running controller file holds.
+        operand: String,
+        /// The person for whom a program writes: the log shows this user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+        /// The hold comes from a page.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        from_page: bool,
+    },
+    /// Puts off the end of a hold, to [`HOLD_MAX`] from now at most: [`HoldState`].
+    KeepHold {
+        /// The number of the hold.
+        hold: u64,
+        /// The person who began it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
+    /// Ends a hold: [`HoldState`].
+    EndHold {
+        /// The number of the hold.
+        hold: u64,
+        /// The person who began it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
     },
     /// Forces one bit or word, in any mode: [`ChangedOperand`].
     Force {
@@ -285,30 +312,6 @@ pub struct RefusedOperand {
     pub refusal: RequestRefusal,
 }
 
-/// The answer to a write, force or unforce.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ChangedOperand {
-    /// The value before.
-    pub before: BitOrNumber,
-    /// Its text, if the tag gives one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub before_text: Option<String>,
-    /// Whether it was forced before.
-    pub was_forced: bool,
-    /// The current value; after a write, the value after the scan that saw the write.
-    pub now: ShownValue,
-    /// A note about the change: for example, that something else writes the operand too.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub note: Option<String>,
-}
-
-/// The answer to several writes.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ChangedOperands {
-    /// In the order of the request.
-    pub changes: Vec<ChangedOperand>,
-}
-
 /// The answer to a mode command.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ModeChange {
@@ -371,48 +374,6 @@ pub struct MemorySave {
     pub flush_us: u64,
 }
 
-/// The last minute of the scan log.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct RecordingBytes {
-    /// The bytes of a recording (`docs/record-format.md`), in base64.
-    pub base64: String,
-    /// What the controller does at present; `None` from an earlier version of rungd.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub present: Option<PresentOutputs>,
-}
-
-impl RecordingBytes {
-    /// The recording; `None`: the answer is not base64.
-    pub fn bytes(&self) -> Option<Vec<u8>> {
-        BASE64_STANDARD.decode(&self.base64).ok()
-    }
-}
-
-/// The answer to a request for metrics.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MetricList {
-    /// In file order, each in the form that a `read` accepts; for a structure, its members.
-    pub operands: Vec<String>,
-    /// The number of operands that the answer leaves out because of its limit.
-    pub left_out: usize,
-}
-
-/// The answer to a request for names.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct NameList {
-    /// In order; incomplete if there are very many.
-    pub names: Vec<OfferedName>,
-}
-
-/// A name for completion.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct OfferedName {
-    /// The name.
-    pub name: String,
-    /// A short explanation.
-    pub about: String,
-}
-
 impl RequestRefusal {
     /// Whether the operands of the request are the reason: the program does not have one of them,
     /// or they are too many.
@@ -458,6 +419,9 @@ impl Request {
             | Request::WriteSet { .. }
             | Request::Ack { .. }
             | Request::AckAll {}
+            | Request::Hold { .. }
+            | Request::KeepHold { .. }
+            | Request::EndHold { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}
@@ -481,6 +445,9 @@ impl Request {
             | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::WriteSet { .. }
+            | Request::Hold { .. }
+            | Request::KeepHold { .. }
+            | Request::EndHold { .. }
             | Request::Force { .. }
             | Request::Unforce { .. }
             | Request::UnforceAll {}

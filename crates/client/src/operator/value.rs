@@ -62,6 +62,33 @@ pub struct ShownValue {
     pub unknown: Option<UnknownOutput>,
 }
 
+/// The answer to a write, force or unforce.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChangedOperand {
+    /// The value before.
+    pub before: BitOrNumber,
+    /// Its text, if the tag gives one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before_text: Option<String>,
+    /// Whether it was forced before.
+    pub was_forced: bool,
+    /// The current value; after a write, the value after the scan that saw the write.
+    pub now: ShownValue,
+    /// Whether the ladder took the written ON as a command: it turned the bit OFF again.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub taken: bool,
+    /// A note about the change: for example, that something else writes the operand too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub note: Option<String>,
+}
+
+/// The answer to several writes.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ChangedOperands {
+    /// In the order of the request.
+    pub changes: Vec<ChangedOperand>,
+}
+
 /// An output whose device is lost.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct UnknownOutput {

@@ -15,6 +15,7 @@ mod memory;
 pub(crate) mod modbus_server;
 pub mod operator;
 mod outputs;
+pub mod panel;
 pub(crate) mod realtime;
 pub mod record;
 mod resolver;
@@ -101,6 +102,12 @@ pub(crate) fn resolve_controller_within(
     );
     // Only if no device is missing: a device that has a mistake may be the one that is named.
     resolver.findings.extend(found.into_iter().filter(|_| devices.len() == written.devices.len()));
+    let mut retained = NumberRanges::default();
+    for (at, range) in progress.during(&retain).enumerate() {
+        retained.add(range.numbers(), at);
+    }
+    let terms = web::HoldTerms { retained: &retained, period_ms };
+    let web = web::resolve(&written.web, &terms, &mut resolver);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {
         period_ms,
@@ -120,7 +127,7 @@ pub(crate) fn resolve_controller_within(
         sides,
         operator: operator.unwrap_or_default(),
         record: written.record.clone(),
-        web: web::resolve(&written.web, &mut resolver),
+        web,
         watches: watch::resolve(&written.watches, program, progress, &mut resolver.findings),
         log: written.log.clone(),
         probation_ms: written.probation_ms,

@@ -54,7 +54,9 @@ impl ModbusRefusal {
         match refused {
             BatchRefusal::NotRunning => ModbusRefusal::NotRunning(mode),
             BatchRefusal::QueueFull | BatchRefusal::TooLarge => ModbusRefusal::QueueFull,
-            BatchRefusal::Overtaken | BatchRefusal::Late => ModbusRefusal::Overtaken,
+            BatchRefusal::Overtaken | BatchRefusal::Late | BatchRefusal::HoldEnded => {
+                ModbusRefusal::Overtaken
+            }
         }
     }
 

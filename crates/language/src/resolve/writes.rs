@@ -83,7 +83,13 @@ impl Instruction {
 
     /// All bits that it can write, those of arrays too.
     pub fn written_bits(&self) -> impl Iterator<Item = Bit> {
-        self.writes().flat_map(|written| written.value.bits())
+        self.bits_written_as(|_| true)
+    }
+
+    /// The bits that it can write, those of arrays too, in some roles of its operands.
+    pub fn bits_written_as(&self, is: impl Fn(OperandRole) -> bool) -> impl Iterator<Item = Bit> {
+        let operands = self.operands.0.iter().filter(move |operand| is(operand.row.role));
+        operands.filter_map(ResolvedOperand::written).flat_map(WrittenOperand::bits)
     }
 
     /// The bit that it writes ON and OFF at every execution, if it is a driver.

@@ -27,7 +27,7 @@ fn a_write_that_waited_through_a_suspend_expires() {
     let mut rig = rig(|_, _| {});
     rig.step();
     let until_ns = rig.clock.now_ns() + 5_000 * MS;
-    let terms = BatchTerms { generation: 0, is_bound: false, until_ns };
+    let terms = BatchTerms { until_ns, ..BatchTerms::of(0) };
     let hand_in = |port: &Port| {
         let force = ScanCommand::Force { cell: engine::Cell::Word(WordCell(0)), value: 7 };
         let write = port.submit_by(terms, vec![OperandWrite::Bit(BitCell(2), true)]).unwrap();

@@ -46,7 +46,7 @@ impl Rig {
         package
     }
 
-    fn swap(&mut self, generation: u32, takes_ns: u64, resume: bool) -> CommandId {
+    pub(super) fn swap(&mut self, generation: u32, takes_ns: u64, resume: bool) -> CommandId {
         let package = self.package(generation, takes_ns);
         let id = self.reloader.hand_in(package, resume).unwrap();
         self.step();

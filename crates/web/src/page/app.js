@@ -65,22 +65,23 @@ function know(now) {
 }
 
 // Until when a change is begun. After that nothing is done, even if it arrives later.
-function deadline() {
+function deadline(wait) {
   if (!clock) return undefined;
-  return { clock: clock.name, ms: Math.max(0, Math.floor(clock.lead + performance.now() + WAIT - BEGUN_BEFORE)) };
+  return { clock: clock.name, ms: Math.max(0, Math.floor(clock.lead + performance.now() + wait)) };
 }
 
-async function post(path, value) {
+// `begun`: the time within which the change is begun, or it is not made at all.
+async function post(path, value, begun = WAIT - BEGUN_BEFORE) {
   const headers = { "Content-Type": "application/json" };
   if (state.session) headers["X-CSRF-Token"] = state.session.csrf;
-  const body = JSON.stringify({ ...value, deadline: deadline() });
-  const signal = AbortSignal.timeout(WAIT);
+  const body = JSON.stringify({ ...value, deadline: deadline(begun) });
+  const wait = begun + BEGUN_BEFORE, signal = AbortSignal.timeout(wait);
   const answer = await fetch(path, { method: "POST", headers, body, signal }).catch((error) => {
     throw error.name !== "TimeoutError" ? error
-      : new Error(`no answer for ${WAIT / 1000} s: if nothing has changed by now, nothing will`);
+      : new Error(`no answer for ${wait / 1000} s: if nothing has changed by now, nothing will`);
   });
   const json = await answer.json().catch(() => ({ error: "the answer cannot be read" }));
-  if (!answer.ok) throw new Error(json.error);
+  if (!answer.ok) throw Object.assign(new Error(json.error), { status: answer.status });
   return json;
 }
 
@@ -899,65 +900,6 @@ function devices() {
   $("content").replaceChildren(h("h2", {}, "Devices"), place);
   fill();
   return { update(event) { if (event.status) fill(); } };
-}
-
-function panel(name) {
-  const all = state.panels, chosen = all.find((of) => of.name === name) || all[0];
-  if (!chosen) {
-    $("content").replaceChildren(h("h2", {}, "Panels"), h("p", {},
-      "This controller has no panel. A `[[panel]]` in its controller file makes one: docs/web.md shows how."));
-    return {};
-  }
-  const trends = [];
-  const widgets = chosen.show.map((widget) => {
-    const label = widget.text || widget.operand, name = widget.operand;
-    const said = h("p", { role: "status" });
-    if (widget.kind === "lamp") return card(label, h("p", { class: "lamp", "data-lamp": name }, "…"));
-    if (widget.kind === "button") {
-      const may = state.session.write.includes(name);
-      return card(label, h("button", { class: "big", disabled: !may, onclick: () => write(name, true, said) }, label),
-        may ? said : h("p", { class: "soft" }, state.session.user ? "`[web] write` does not list it" : "for users who have signed in"));
-    }
-    if (widget.kind === "value") return card(label, h("p", { class: "value" }, valueOf(name)), writer(name, "Set"));
-    if (widget.kind === "bar") {
-      const [low, high] = widget.limits;
-      return card(label, h("p", { class: "value" }, valueOf(name)),
-        h("div", { class: "bar", "data-bar": name, "data-low": low, "data-high": high }, h("div", {})),
-        h("p", { class: "soft" }, `${low} to ${high}`));
-    }
-    const canvas = h("canvas", { role: "img", "aria-label": "trend of " + label });
-    trends.push({ name, canvas, limits: widget.limits });
-    return card(label, h("p", { class: "value" }, valueOf(name)), canvas);
-  });
-  $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, chosen.name), ...all.filter((of) => of !== chosen)
-    .map((of) => h("a", { href: "#panel/" + encodeURIComponent(of.name) }, of.name))),
-  h("div", { class: "panel" }, ...widgets));
-  watch(chosen.show.map((widget) => widget.operand));
-  const load = async () => {
-    for (const of of trends) {
-      try { draw(of.canvas, { ...await get("/api/trend", { operand: of.name }), name: of.name }, { from: 0, to: 1 }, of.limits); } catch { /* the link says it */ }
-    }
-  };
-  load();
-  const timer = trends.length ? setInterval(load, 5000) : null;
-  return {
-    update() {
-      const root = $("content");
-      refreshValues(root);
-      for (const lamp of root.querySelectorAll("[data-lamp]")) {
-        const value = state.values[lamp.dataset.lamp], on = isOutput(value) ? value.on : value;
-        const sign = on === null ? "? " : on ? "● " : "○ ";
-        lamp.textContent = value === undefined ? "…" : sign + (isOutput(value) ? outputText(value) : text(!!value));
-        lamp.classList.toggle("on", on === true);
-      }
-      for (const bar of root.querySelectorAll("[data-bar]")) {
-        const { bar: name, low, high } = bar.dataset;
-        const part = (Number(state.values[name]) - low) / (high - low);
-        bar.firstChild.style.width = Math.min(100, Math.max(0, part * 100)) + "%";
-      }
-    },
-    leave() { clearInterval(timer); },
-  };
 }
 
 // --- Pages -------------------------------------------------------------------------------------

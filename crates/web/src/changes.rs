@@ -1,0 +1,72 @@
+//! The changes that a signed-in user may make: writes, acknowledgements.
+//!
+//! Called by `route`. `sender` sends each to the controller with the user's name, which judges it:
+//! nothing here is a right of its own. `press` has the buttons that are held.
+
+use std::sync::Arc;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use hyper::StatusCode;
+use serde_json::{Value, json};
+
+use super::journal::say;
+use super::press::press;
+use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::sender::{Visitor, listed_operand, sent};
+use super::sessions::SignedIn;
+use super::site::WebSite;
+use super::views::OPERAND_BYTES_MAX;
+use rungd_client::operator::protocol::{GivenValue, Request};
+
+/// Makes a change.
+pub(super) async fn change(
+    site: &Arc<WebSite>,
+    path: &str,
+    visitor: &Visitor,
+    said: &Value,
+) -> WebResult {
+    let Some(SignedIn { name: user, .. }) = &visitor.session.user else {
+        let why = "only users who have signed in may change something: see `rungd web passwd`";
+        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
+    };
+    match path {
+        "/api/write" => write(site, visitor, user, said).await,
+        "/api/press" => press(site, visitor, user, said).await,
+        "/api/ack" => acknowledge(site, visitor, user, said).await,
+        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
+    }
+}
+
+async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value) -> WebResult {
+    let operand = listed_operand(site, said).await?;
+    let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
+    let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
+    let for_user = Some(user.to_owned());
+    // The controller checks the list again, that of the program which it runs at that time.
+    let from_page = true;
+    let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
+    let mut done = sent(site, visitor, write).await?;
+    // Scans after this moment show what the ladder has made of it.
+    done["at_ms"] =
+        json!(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |at| at.as_millis() as u64));
+    say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
+    Ok(json_answer(&done))
+}
+
+/// Acknowledges an alarm.
+async fn acknowledge(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    user: &str,
+    said: &Value,
+) -> WebResult {
+    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
+    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
+        return Err(bad("name an alarm"));
+    }
+    let alarms = vec![alarm.clone()];
+    let for_user = Some(user.to_owned());
+    let done = sent(site, visitor, Request::Ack { alarms, for_user }).await?;
+    say(&format!("{user} acknowledged {alarm}"));
+    Ok(json_answer(&done))
+}

@@ -1,0 +1,104 @@
+//! Sends the change of a page to the controller, if its browser still waits and its session goes
+//! on.
+//!
+//! Used by `changes` and what it calls. It knows no change; the controller judges each.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+use serde_json::Value;
+
+use super::journal::say;
+use super::patience::BrowserPatience;
+use super::reply::{WebFailure, bad};
+use super::sessions::WebSession;
+use super::site::WebSite;
+use super::views::{settings, viewed};
+use rungd_client::operator::client::{self, CallFailure};
+use rungd_client::operator::protocol::{RefusalKind, Request};
+
+/// The session that asks for a change, and how long its browser waits for it.
+pub(super) struct Visitor {
+    pub session: WebSession,
+    pub cookie: String,
+    pub patience: BrowserPatience,
+}
+
+/// The operand of a change, as `[web] write` lists it.
+pub(super) async fn listed_operand(
+    site: &Arc<WebSite>,
+    said: &Value,
+) -> Result<String, WebFailure> {
+    let view = viewed(site).await?;
+    let operand = said["operand"].as_str().unwrap_or_default().trim().to_owned();
+    let subject = &view.program.subject;
+    let cell = subject.cell(&operand).map_err(bad)?;
+    let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
+    let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
+    let Some((operand, _)) = listed.iter().find(|entry| is_listed(entry)).cloned() else {
+        let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
+        return Err(WebFailure(StatusCode::FORBIDDEN, why));
+    };
+    Ok(operand)
+}
+
+/// Sends a change to the controller, if its browser still waits and its session goes on.
+pub(super) async fn sent(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    request: Request,
+) -> Result<Value, WebFailure> {
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    let done = sent_at_once(site, visitor, request).await;
+    drop(place);
+    done
+}
+
+/// As [`sent`], without a place among the questions.
+pub(super) async fn sent_at_once(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    request: Request,
+) -> Result<Value, WebFailure> {
+    // The controller that the page shows, and no other.
+    let Some(socket) = site.follow.socket() else {
+        let why = "no controller has answered yet: nothing is changed".to_owned();
+        return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
+    };
+    // The wait for a place may have been long, and so may the one for a thread.
+    if !site.is_session_open(&visitor.cookie) {
+        let why = "the session has ended meanwhile: nothing is changed";
+        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
+    }
+    let patience = visitor.patience.clone();
+    let send = move || {
+        patience.judge().map_err(CallFailure::Refused)?;
+        client::ask_by::<Value>(&socket, &request, patience.until())
+    };
+    let sent = tokio::task::spawn_blocking(send).await;
+    match sent {
+        Ok(Ok(done)) => Ok(done),
+        Ok(Err(CallFailure::Refused(refusal))) => {
+            say(&format!("a change is refused: {}", refusal.message));
+            let status = match refusal.kind {
+                RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
+                RefusalKind::BadRequest
+                | RefusalKind::BadOperand
+                | RefusalKind::BadValue
+                | RefusalKind::Refused
+                | RefusalKind::BadFiles
+                | RefusalKind::NoAnswer
+                | RefusalKind::TooLate => StatusCode::CONFLICT,
+            };
+            Err(WebFailure(status, refusal.message))
+        }
+        Ok(Err(failure @ CallFailure::NotAllowed(..))) => {
+            say(&format!("a change is not possible: {failure}"));
+            let why = "this server may only look: to let users change something, its user must be \
+                       in the group of the operator's socket (docs/web.md)";
+            Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()))
+        }
+        Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
+        Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
+    }
+}

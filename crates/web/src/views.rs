@@ -1,0 +1,43 @@
+//! What every question and change of a page begins with: the present view of the controller, the
+//! settings of its pages, the operand that is named.
+//!
+//! Used by `api`, `panels` and the changes. Nothing here asks the controller.
+
+use std::sync::Arc;
+
+use hyper::StatusCode;
+
+use super::follow::LookResult;
+use super::query::Query;
+use super::reply::{WebFailure, bad};
+use super::site::WebSite;
+use rungd_client::live::{LiveProgram, LiveView};
+use rungd_config::controller::web::WebSettings;
+
+/// The longest name of an operand.
+pub(super) const OPERAND_BYTES_MAX: usize = 256;
+
+/// The present view of the controller.
+pub(super) async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
+    of(site.follow.now().await)
+}
+
+/// The view of a look at the controller, or why there is none.
+pub(super) fn of(seen: Arc<LookResult>) -> Result<LiveView, WebFailure> {
+    seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
+}
+
+/// The settings of pages, of the program's controller file.
+pub(super) fn settings(program: &LiveProgram) -> Option<&WebSettings> {
+    program.controller.as_ref().map(|controller| &controller.web)
+}
+
+/// The operand that a question names.
+pub(super) fn operand(query: &Query) -> Result<&str, WebFailure> {
+    let operand = query.get("operand").map(str::trim).filter(|operand| !operand.is_empty());
+    let operand = operand.ok_or_else(|| bad("name an operand"))?;
+    match operand.len() > OPERAND_BYTES_MAX {
+        true => Err(bad("the operand is too long")),
+        false => Ok(operand),
+    }
+}

@@ -1,0 +1,352 @@
+"""Panels as operators handle them: checks for tests/browser.py.
+
+A machine with commands, set values and states runs behind a panel at the size of a tablet, with touch. What an
+operator presses is compared with what the controller has and logs.
+"""
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+import browser_rig as rig
+from browser_rig import Pages, Plant, wait_for
+
+LADDER = """
+[ladder]
+name = "mixer"
+[tags]
+start = { at = "C0", doc = "Command: starts a batch" }
+late = { at = "C1", doc = "Command: taken after two seconds" }
+driven = { at = "C2", doc = "Driven by a coil" }
+running = { at = "Y0" }
+level = { at = "D0", min = 0, max = 1000, initial = 235, unit = "cm" }
+gain = { at = "R0", min = 0.5, max = 2.5, initial = 1.25 }
+step = { at = "D1", texts = { 0 = "idle", 1 = "dosing", 2 = "mixing" } }
+batches = { type = "counter" }
+slow = { type = "timer" }
+[[program]]
+name = "Main"
+rung = [
+  { leg.up = ["start"], leg.rst = ["$Off"], do = ["CNT batches preset=9"] },
+  { when = ["start"], do = ["RST start", "SET running"] },
+  { when = ["late"], do = ["TMR slow preset=2s"] },
+  { when = ["slow.Done"], do = ["RST late"] },
+  { when = ["$Off"], do = ["OUT driven"] },
+]
+"""
+CONTROLLER = """
+ladder = ["ladder.toml"]
+scan.period = "20ms"
+scan.watchdog = "30s"
+operator.socket = "s"
+[web]
+write = ["start", "late", "driven", "level", "gain", "step"]
+[[panel]]
+name = "Mixer"
+show = [
+  { lamp = "running", text = "Running" },
+  { button = "start", text = "Start", confirm = "Start the batch?" },
+  { button = "late", text = "Late" },
+  { button = "driven", text = "Driven" },
+  { value = "level", text = "Level", unit = "m", decimals = 2 },
+  { value = "gain", text = "Gain", decimals = 1 },
+  { value = "step", text = "Step" },
+  { bar = "level", text = "Tank", min = 0, max = 1000, unit = "m", decimals = 2 },
+  { trend = "level", text = "Level, a minute", decimals = 2 },
+]
+"""
+USER, PASSWORD = "anna", "correct horse"
+TABLET = {"viewport": {"width": 1024, "height": 768}, "has_touch": True}
+
+
+class Panel:
+    """A machine, its pages, and a user who has signed in at a tablet."""
+
+    def __init__(self, test, ladder=LADDER, controller=CONTROLLER, **options):
+        self.plant = Plant(ladder, controller)
+        users = os.path.join(self.plant.folder, "users")
+        command = [rig.RUNGD, "web", "passwd", USER, "--users-file", users]
+        subprocess.run(command, input=PASSWORD + "\n", text=True, check=True, capture_output=True)
+        self.pages = Pages(self.plant, "--users-file", users)
+        self.look = test.look(self.pages, **{**TABLET, **options})
+        self.look.page.get_by_label("User").fill(USER)
+        self.look.page.get_by_label("Password").fill(PASSWORD)
+        self.look.page.get_by_role("button", name="Sign in").click()
+        self.look.page.get_by_role("button", name=f"Sign out {USER}").wait_for()
+        self.look.open("panel")
+        # Before the sign-in the page had no session.
+        self.look.errors.clear()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.pages.end()
+        self.plant.end()
+        shutil.rmtree(self.plant.folder, ignore_errors=True)
+
+    def press(self, name):
+        self.look.page.get_by_role("button", name=name, exact=True).click()
+
+    def said(self, title, words):
+        """Waits until the part with this title says the words."""
+        self.look.until("([title, words]) => [...document.querySelectorAll('.panel .card')].some(of =>"
+                        " of.getAttribute('aria-label') === title && of.textContent.includes(words))", [title, words])
+
+    def log(self):
+        with open(os.path.join(self.plant.folder, "log")) as file:
+            return file.read()
+
+
+def a_command_is_taken_and_an_operator_is_never_told_to_force(test):
+    with Panel(test) as panel:
+        look = panel.look
+        look.picture("panel-tablet")
+        panel.press("Start")
+        look.page.get_by_text("Start the batch?").wait_for()
+        look.picture("panel-confirm")
+        panel.press("Cancel")
+        look.until("!document.querySelector('dialog')")
+        assert panel.plant.value("batches.Acc") == 0, "a command that was not confirmed was sent"
+        panel.press("Start")
+        look.page.get_by_role("dialog").get_by_role("button", name="Start").click()
+        panel.said("Start", "taken, ")
+        wait_for("a batch", lambda: panel.plant.value("batches.Acc") == 1)
+        assert f"{USER} by " in panel.log() and "wrote ON to start" in panel.log()
+        # Taken scans later: the part says first that it waits.
+        panel.press("Late")
+        panel.said("Late", "ON: waits for the ladder")
+        panel.said("Late", "taken, ")
+        # A bit that a coil drives takes no command, and the page says so.
+        panel.press("Driven")
+        panel.said("Driven", "not taken: the ladder has overwritten it")
+        assert "force" not in look.says("document.querySelector('main').textContent")
+        look.picture("panel-commands")
+        look.fine()
+
+
+def a_set_value_is_entered_by_a_keypad_within_its_limits(test):
+    with Panel(test) as panel:
+        look, page = panel.look, panel.look.page
+        panel.said("Level", "2.35 m")
+        panel.said("Step", "idle (0)")
+        panel.press("Set Level")
+        look.picture("panel-keypad")
+        keys = page.get_by_role("dialog")
+
+        def enter(*names):
+            for name in names:
+                keys.get_by_role("button", name=name, exact=True).click()
+
+        enter("1", "1", "OK")
+        keys.get_by_text("outside of 0.00 to 10.00 m").wait_for()
+        enter("delete all", "3", ".", "0", "5", "7", "OK")
+        keys.get_by_text("at most 2 behind the point").wait_for()
+        assert panel.plant.value("level") == 235, "a refused value was written"
+        enter("delete the last digit", "OK")
+        wait_for("a value", lambda: panel.plant.value("level") == 305)
+        panel.said("Level", "now 3.05 m")
+        panel.said("Tank", "3.05 m")
+        # By the keyboard; a decimal comma is read as people write it.
+        panel.press("Set Gain")
+        page.keyboard.type("2,5")
+        page.keyboard.press("Enter")
+        wait_for("a real", lambda: panel.plant.value("gain") == 2.5)
+        panel.said("Gain", "2.5")
+        # A state is chosen by its text.
+        panel.press("Set Step")
+        look.picture("panel-states")
+        enter("mixing (2)")
+        wait_for("a state", lambda: panel.plant.value("step") == 2)
+        panel.said("Step", "mixing (2)")
+        assert re.search(r"anna by \S+ .*wrote 305 to level", panel.log())
+        # Escape changes nothing.
+        panel.press("Set Level")
+        page.keyboard.type("1")
+        page.keyboard.press("Escape")
+        look.until("!document.querySelector('dialog')")
+        assert panel.plant.value("level") == 305
+        look.fine()
+
+
+CRANE = """
+[ladder]
+name = "crane"
+[tags]
+jog = { at = "C0", doc = "Jog button" }
+limit = { at = "C1", doc = "Limit switch" }
+motor = { at = "Y0" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["limit"], do = ["RST jog"] },
+  { when = ["jog"], do = ["OUT motor"] },
+]
+"""
+CRANE_CONTROLLER = """
+ladder = ["ladder.toml"]
+scan.period = "20ms"
+scan.watchdog = "30s"
+operator.socket = "s"
+[web]
+write = ["jog"]
+[[panel]]
+name = "Crane"
+show = [{ hold = "jog", text = "Jog" }, { lamp = "motor", text = "Motor" }]
+"""
+# What the part of the button says.
+SAID = "document.querySelector('.hold ~ [role=status]').textContent"
+# A hold lasts so long after the last sign of the page, ms.
+HOLD_MS = 400
+
+
+class Crane(Panel):
+    """A crane with a jog button, and a second `rungd web`, which reads the controller's own recording."""
+
+    def __init__(self, test):
+        super().__init__(test, CRANE, CRANE_CONTROLLER)
+        self.frozen = None
+        self.watching = Pages(self.plant)
+        self.watcher = test.look(self.watching)
+        self.watcher.open("panel")
+
+    def __exit__(self, *wrong):
+        if self.frozen:
+            self.frozen.send("Debugger.disable")
+        self.watching.end()
+        super().__exit__(*wrong)
+
+    def press(self):
+        """Puts a finger on the button until the motor runs; on a busy machine a press may come too late."""
+        box = self.look.page.locator("button.hold").bounding_box()
+        self.look.page.mouse.move(box["x"] + 20, box["y"] + 20)
+        for _ in range(50):
+            self.look.page.mouse.down()
+            self.look.until(f"!{SAID}.startsWith('…')")
+            if self.look.says(SAID) == "ON while pressed":
+                return
+            self.look.page.mouse.up()
+        raise AssertionError("the motor never ran")
+
+    def ended(self, gone_ms):
+        """The time from `gone_ms` to the last scan in which the motor ran, in ms, by the scan log."""
+        wait_for("a motor that stands", lambda: self.plant.value("motor") in (False, 0))
+        found = wait_for("the last scan that ran", lambda: self.watcher.says("""async () => {
+          const points = (await (await fetch('/api/trend?operand=motor')).json()).points.filter(point => point[1]);
+          const off = points[points.length - 1];
+          if (!off || off[2] !== false || points.length < 2) return null;
+          const hold = (await (await fetch('/api/hold')).json()).hold;
+          const scan = await fetch(`/api/scan?tags=motor&hold=${hold}&scan=${off[1] - 1}`);
+          return scan.ok ? await scan.json() : null;
+        }"""))
+        assert found["values"]["motor"] is True, found
+        return found["time_ms"] - gone_ms
+
+
+def now_ms():
+    return time.time() * 1000
+
+
+def a_held_bit_goes_off_when_the_finger_leaves_it(test):
+    with Crane(test) as crane:
+        look = crane.look
+        crane.press()
+        wait_for("a motor that runs", lambda: crane.plant.value("motor"))
+        look.picture("panel-hold")
+        # It goes on for longer than one hold, and ends when the finger leaves.
+        seen = look.says("state.scan")
+        look.until("scan => state.scan > scan + 60", seen)
+        if look.says(SAID) == "ON while pressed":
+            assert crane.plant.value("motor")
+        look.page.mouse.up()
+        crane.ended(now_ms())
+        assert "released jog" in crane.log() or "is gone from the button of jog" in crane.log()
+        # What the ladder resets stays OFF while the finger is still there.
+        crane.press()
+        crane.plant.say("write", "limit", "ON")
+        crane.plant.say("write", "limit", "OFF")
+        look.until("state.values.jog === false")
+        look.page.mouse.up()
+        # By the keyboard.
+        look.page.locator("button.hold").focus()
+        look.page.keyboard.down(" ")
+        look.until(f"{SAID} !== '…'")
+        look.page.keyboard.up(" ")
+        crane.ended(now_ms())
+        look.errors.clear()
+
+
+def a_held_bit_goes_off_when_the_browser_the_network_or_the_server_is_gone(test):
+    for trial in range(int(os.environ.get("RUNGD_HOLD_TRIALS", "1"))):
+        for name, cut in CUTS.items():
+            with Crane(test) as crane:
+                crane.press()
+                cut(crane)
+                after = crane.ended(now_ms())
+                print(f"  {name}, trial {trial}: OFF {after:.0f} ms after it" if after > 0 else f"  {name}: OFF before it was told", flush=True)
+                assert after <= HOLD_MS, f"{name}: the motor ran for {after} ms after it was gone"
+                crane.look.errors.clear()
+
+
+def cut_network(crane):
+    devtools = crane.look.context.new_cdp_session(crane.look.page)
+    devtools.send("Network.enable")
+    devtools.send("Network.emulateNetworkConditions", {"offline": True, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1})
+
+
+def freeze_tab(crane):
+    devtools = crane.look.context.new_cdp_session(crane.look.page)
+    # As in a debugger: not one more line of the page is executed.
+    devtools.send("Debugger.enable")
+    devtools.send("Debugger.pause")
+    crane.frozen = devtools
+
+
+def block_tab(crane):
+    # The page's only thread is busy for ever.
+    crane.look.page.evaluate("setTimeout(() => { const end = Date.now() + 3000; while (Date.now() < end); }, 0)")
+
+
+CUTS = {
+    "the network is cut": cut_network,
+    "the tab is frozen": freeze_tab,
+    "the page is busy": block_tab,
+    "the page is closed": lambda crane: crane.look.page.close(),
+    "the page is left": lambda crane: crane.look.page.goto("about:blank"),
+    "rungd web is killed": lambda crane: crane.pages.process.kill(),
+    "rungd web stands still": lambda crane: crane.pages.process.send_signal(signal.SIGSTOP),
+}
+
+
+def a_slow_network_makes_no_press_longer(test):
+    with Crane(test) as crane:
+        look = crane.look
+        look.until("clock !== null")
+        # Every press and renewal is on its way for longer than a hold lasts.
+        waiting = []
+        look.page.route("**/api/press", lambda route: waiting.append(route))
+        box = look.page.locator("button.hold").bounding_box()
+        look.page.mouse.move(box["x"] + 20, box["y"] + 20)
+        look.page.mouse.down()
+        look.until_asked(waiting, 1)
+        sent = time.monotonic()
+        wait_for("time to pass", lambda: time.monotonic() > sent + HOLD_MS / 1000)
+        for route in waiting:
+            route.continue_()
+        look.page.unroute("**/api/press")
+        look.until("/nothing is done|no answer/.test(document.querySelector('.hold ~ [role=status]').textContent)")
+        look.page.mouse.up()
+        assert "wrote ON to jog" not in crane.log(), "a press that was late moved the machine"
+        look.errors.clear()
+
+
+PANEL_CHECKS = [
+    a_held_bit_goes_off_when_the_finger_leaves_it,
+    a_held_bit_goes_off_when_the_browser_the_network_or_the_server_is_gone,
+    a_slow_network_makes_no_press_longer,
+    a_command_is_taken_and_an_operator_is_never_told_to_force,
+    a_set_value_is_entered_by_a_keypad_within_its_limits,
+]
