@@ -44,9 +44,16 @@ impl Files {
         Files(folder)
     }
 
+    /// Runs `rungd prove`.
     fn run(&self, args: &[&str]) -> Output {
+        self.rungd(&[&["prove"], args].concat())
+    }
+
+    /// Runs `rungd`, with its sockets beside the files.
+    fn rungd(&self, args: &[&str]) -> Output {
         let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.arg("prove").args(args).current_dir(self.0.path()).output().expect("rungd runs")
+        let command = command.args(args).current_dir(self.path());
+        command.env("XDG_RUNTIME_DIR", self.path()).output().expect("rungd runs")
     }
 
     fn path(&self) -> &Path {
@@ -104,8 +111,7 @@ fn a_violation_fails_in_a_test_and_a_witness_passes() {
     fs::write(files.path().join("bad.test.toml"), bad).expect("a file");
     let test = |name: &str, text: String| {
         fs::write(files.path().join(name), text).expect("a file");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        command.args(["test", name]).current_dir(files.path()).output().expect("rungd runs")
+        files.rungd(&["test", name])
     };
     let violated = &lines(&files.run(&["bad.test.toml", "--json"]))[0];
     let scenario = violated["scenario"].as_str().expect("a scenario");
@@ -314,11 +320,7 @@ fn a_state_from_which_nothing_leads_home_is_found() {
 #[test]
 fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
     let files = Files::new("how", &[]);
-    let how = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        let how = command.arg("how").args(args).args(["--cold", "ladder.toml"]);
-        how.current_dir(files.path()).output().expect("rungd runs")
-    };
+    let how = |args: &[&str]| files.rungd(&[&["how"], args, &["--cold", "ladder.toml"]].concat());
     let found = how(&["late & down", "--json"]);
     assert_eq!(code(&found), Some(1), "{}", text(&found));
     assert_eq!(lines(&found)[0]["answer"], "cannot be");
@@ -329,9 +331,7 @@ fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
     let scenario = answer["scenario"].as_str().expect("a scenario");
     let suite = format!("ladder = [\"ladder.toml\"]\n{scenario}");
     fs::write(files.path().join("how.test.toml"), suite).expect("a file");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    let test = command.args(["test", "how.test.toml"]).current_dir(files.path());
-    assert_eq!(code(&test.output().expect("rungd runs")), Some(0), "{scenario}");
+    assert_eq!(code(&files.rungd(&["test", "how.test.toml"])), Some(0), "{scenario}");
     assert_eq!(code(&how(&["nothing"])), Some(78));
     // A test cannot set the times of scans; what they leave possible as they are is found.
     let open = how(&["$MinScanTime >= 4 & !go_up", "--json"]);
@@ -344,14 +344,9 @@ fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
 fn how_begins_with_a_scan_of_a_recording() {
     let controller = "ladder = [\"ladder.toml\"]\n";
     let files = Files::new("how-recorded", &[("rungd.toml", controller)]);
-    let rungd = |args: &[&str]| {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-        let command = command.args(args).current_dir(files.path());
-        command.env("XDG_RUNTIME_DIR", files.path()).output().expect("rungd runs")
-    };
-    let ran = rungd(&["run", "rungd.toml", "--scans", "50", "--record", "record"]);
+    let ran = files.rungd(&["run", "rungd.toml", "--scans", "50", "--record", "record"]);
     assert_eq!(code(&ran), Some(0), "{ran:?}");
-    let how = |args: &[&str]| rungd(&[&["how"], args, &["--recording", "record"]].concat());
+    let how = |args: &[&str]| files.rungd(&[&["how"], args, &["--recording", "record"]].concat());
     let found = how(&["late", "--at", "scan 40", "--json"]);
     assert_eq!(code(&found), Some(0), "{}", text(&found));
     let answer = &lines(&found)[0];

@@ -38,7 +38,31 @@ pub fn answers_of(files: &[(&str, &str)], test: &str) -> Vec<Answer> {
 
 /// The words of the answers.
 pub fn words(ladder: &str, test: &str) -> Vec<&'static str> {
-    answers(ladder, test).iter().map(Answer::word).collect()
+    words_of(&answers(ladder, test))
+}
+
+/// The words of answers.
+pub fn words_of(found: &[Answer]) -> Vec<&'static str> {
+    found.iter().map(Answer::word).collect()
+}
+
+/// The scenario of a line that is violated.
+pub fn scenario(answer: &Answer) -> &str {
+    violated(answer).1
+}
+
+/// What stands in the way of an answer.
+pub fn cause(answer: &Answer) -> &str {
+    let AnswerVerdict::NotDecided { cause, .. } = &answer.verdict else { panic!("{answer:#?}") };
+    cause
+}
+
+/// The number of scans of a line that is violated, and its scenario.
+pub fn violated(answer: &Answer) -> (u64, &str) {
+    let AnswerVerdict::Violated { scan, scenario, .. } = &answer.verdict else {
+        panic!("{answer:#?}")
+    };
+    (*scan, scenario)
 }
 
 /// A latch whose lamp follows in the same scan, and a computed real.
@@ -68,7 +92,7 @@ fn what_has_any_value_may_change_between_two_rungs() {
     assert_eq!(words(COMPUTED, line), ["proved"]);
     let cut = format!("{line}[prove]\nany = [\"latch\"]\n");
     let found = &answers(COMPUTED, &cut)[0];
-    let AnswerVerdict::NotDecided { cause, .. } = &found.verdict else { panic!("{found:?}") };
+    let cause = cause(found);
     assert!(cause.contains("of latch: by `any`"), "{cause}");
 }
 
@@ -125,7 +149,7 @@ rung = [
 ]
 "#;
     let found = answers(ladder, "always = [\"!slow\", \"!fast\"]\n");
-    let AnswerVerdict::NotDecided { cause, .. } = &found[0].verdict else { panic!("{found:?}") };
+    let cause = cause(&found[0]);
     assert!(cause.ends_with("of $MaxScanTime: a time of scans"), "{cause}");
     let cuts = ["$MaxScanTime: a time of scans".to_owned()];
     assert_eq!((found[1].word(), found[1].cuts.as_slice()), ("proved", &cuts[..]));
@@ -141,9 +165,9 @@ fn a_scan_that_comes_late_is_seen_by_timers_and_tasks() {
     let late = format!("{nominal}[prove]\nstep = \"1..3\"\n");
     let found = answers(TIMED, &late);
     assert_eq!(found.iter().map(Answer::word).collect::<Vec<_>>(), ["violated", "proved"]);
-    let AnswerVerdict::Violated { scan, scenario, .. } = &found[0].verdict else { panic!() };
+    let (scan, scenario) = violated(&found[0]);
     // 0 ms, 10 ms or 20 ms, and then at least 40 ms.
-    assert_eq!(*scan, 3);
+    assert_eq!(scan, 3);
     assert!(scenario.contains("\"late "), "{scenario}");
     let told = "  a scan comes 1 to 3 periods of 10 ms after the last one\n";
     assert!(found[1].text().contains(told), "{}", found[1].text());
@@ -153,8 +177,8 @@ fn a_scan_that_comes_late_is_seen_by_timers_and_tasks() {
 fn the_shortest_run_takes_the_latest_scans() {
     let test = "always = [\"!Y0\"]\n[prove]\nstep = \"1..3\"\n";
     let found = &answers(TIMED, test)[0];
-    let AnswerVerdict::Violated { scan, scenario, .. } = &found.verdict else { panic!() };
-    assert_eq!(*scan, 3, "{scenario}");
+    let (scan, scenario) = violated(found);
+    assert_eq!(scan, 3, "{scenario}");
     let steps = r#"
     "set X0 1",
     "run 1 scans",
@@ -196,8 +220,8 @@ fn retained_memory_has_any_value_within_its_limits_before_the_first_scan() {
     let expected = ["violated", "violated", "proved", "proved", "proved"];
     assert_eq!(found.iter().map(Answer::word).collect::<Vec<_>>(), expected, "{found:#?}");
     for (answer, set) in found.iter().zip(["{ \"running\" = 1 }", "{ \"shift\" = 2 }"]) {
-        let AnswerVerdict::Violated { scan, scenario, .. } = &answer.verdict else { panic!() };
-        assert_eq!(*scan, 1);
+        let (scan, scenario) = violated(answer);
+        assert_eq!(scan, 1);
         assert!(scenario.contains(&format!("set   = {set}\n")), "{scenario}");
     }
     assert!(found[0].text().contains("from any retained values"), "{}", found[0].text());
@@ -213,6 +237,6 @@ rung = [{ leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=3 dn-prese
     let test =
         "always = [\"CT0.Acc < 3\"]\n[retain]\nranges = [\"CT0\"]\n[prove]\nfrom = \"retained\"\n";
     let found = &answers(ladder, test)[0];
-    let AnswerVerdict::NotDecided { cause, .. } = &found.verdict else { panic!("{found:?}") };
+    let cause = cause(found);
     assert_eq!(cause, "`from`: the retained CT0 is not varied yet");
 }

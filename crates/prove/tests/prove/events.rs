@@ -1,7 +1,6 @@
 //! What happens to the controller in a proof, with known answers.
 
-use super::environment::{answers, words};
-use rungd_prove::answer::{Answer, AnswerVerdict};
+use super::environment::{answers, cause, violated, words};
 
 /// A machine that goes on after a power cut, because nobody waits for a press of the button.
 const MACHINE: &str = r#"
@@ -49,14 +48,6 @@ do   = ["RST waits"]
 [observer.tags]
 waits = { type = "bit" }
 "#;
-
-/// The scenario of a line that is violated, and the number of its scans.
-fn violated(answer: &Answer) -> (u64, &str) {
-    let AnswerVerdict::Violated { scan, scenario, .. } = &answer.verdict else {
-        panic!("{answer:#?}")
-    };
-    (*scan, scenario)
-}
 
 /// A test file about a machine whose operation is retained.
 fn retained(lines: &str, interval: &str, events: &str) -> String {
@@ -124,20 +115,18 @@ fn the_observer_is_no_part_of_the_controller_and_goes_on() {
     let timed = "always = [\"!while.Done\"]\n[observer.tags]\nwhile = { type = \"timer\" }\n\
                  [[observer.rung]]\nwhen = [\"$FirstScan\"]\ndo = [\"TMR while preset=30ms\"]\n\
                  [prove]\nevents = [\"restart\"]\n";
-    let (scan, scenario) = {
-        let found = answers(MACHINE, timed);
-        let (scan, scenario) = violated(&found[0]);
-        (scan, scenario.to_owned())
-    };
+    let found = answers(MACHINE, timed);
+    let (scan, scenario) = violated(&found[0]);
     assert_eq!(scan, 4, "{scenario}");
 }
 
 #[test]
 fn what_is_remembered_begins_with_memory_as_started() {
     let line = "always = [\"!was(running) | running\"]";
-    assert_eq!(words(MACHINE, &retained(line, "", "power-cut")), ["proved"]);
     let lost = format!("{line}\n[prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n");
-    assert_eq!(words(MACHINE, &lost), ["proved"]);
+    for test in [retained(line, "", "power-cut"), lost] {
+        assert_eq!(words(MACHINE, &test), ["proved"]);
+    }
 }
 
 /// A counter of presses, and an observer that knows the largest number.
@@ -191,6 +180,6 @@ rung = [{ when = ["$On"], do = ["OUT Y0", "SET C0"] }]
 fn the_time_without_a_process_is_named_as_what_stands_in_the_way() {
     let ladder = MACHINE.replace("[\"running\"]", "[\"running\", \"$DownSeconds < 5\"]");
     let found = &answers(&ladder, &retained("always = [\"!valve | running\"]", "", "restart"))[0];
-    let AnswerVerdict::NotDecided { cause, .. } = &found.verdict else { panic!("{found:?}") };
+    let cause = cause(found);
     assert_eq!(cause, "`events`: the time without a process is read: `$DownSeconds`");
 }
