@@ -12,13 +12,14 @@ use crate::answer::{Answer, AnswerVerdict, DependsOn, EXPLORING, Shown, SideWitn
 use crate::cone::cone;
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Patience, has_first_scan};
+use crate::device_wait::DeviceWait;
 use crate::encode::encode;
 use crate::explore::Attained;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
 use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, Race};
-use crate::stretched::stretched;
+use crate::stretched::{AddedScan, stretched};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, TriedRun};
 use rungd_language::source::wording::counted;
@@ -215,22 +216,26 @@ impl Asked<'_> {
         }
         match self.questions.model.events.image_is_final {
             Some(_) => needs_an_image(scan, self.questions.model.period_ms),
+            None if !DeviceWait::all(self.questions).is_empty() => needs_a_loss(scan),
             None => not_in_a_test(scan),
         }
     }
 
-    /// Tries a path on the rig; if it does not hold there, with its images when they are due.
+    /// Tries a path on the rig; if it does not hold there, with what a test brings later.
     fn tried(&self, path: &Path, try_it: impl Fn(&Trial) -> TriedRun) -> TriedPath {
-        let Questions { model, suite, .. } = self.questions;
-        let run = try_it(&Trial { questions: self.questions, path });
-        let scan = path.scans.len() as u64;
-        if run.is_confirmed || model.events.image_is_final.is_none() {
-            return TriedPath { scan, run };
+        let try_path = |path: &Path| {
+            let run = try_it(&Trial { questions: self.questions, path });
+            TriedPath { scan: path.scans.len() as u64, run }
+        };
+        let mut tried = try_path(path);
+        for added in [AddedScan::Same, AddedScan::Before] {
+            let longer = stretched(self.questions, path, added);
+            if tried.run.is_confirmed || longer.scans.len() == path.scans.len() {
+                break;
+            }
+            tried = try_path(&longer);
         }
-        let interval_ms = suite.programs[0].controller.retention.interval_ms;
-        let path = stretched(model, path, interval_ms);
-        let run = try_it(&Trial { questions: self.questions, path: &path });
-        TriedPath { scan: path.scans.len() as u64, run }
+        tried
     }
 
     /// Whether a side of a line can be.
@@ -284,6 +289,14 @@ fn needs_an_image(scans: u64, period_ms: u32) -> AnswerVerdict {
          test does not keep; `interval = \"{period_ms}ms\"` in `[retain]` keeps one of every scan"
     );
     AnswerVerdict::NotDecided { covered, cause }
+}
+
+/// The answer if a run needs a lost device to be otherwise than it is in a test.
+fn needs_a_loss(scans: u64) -> AnswerVerdict {
+    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
+    let cause = "the run does not break the line in a test: there `.Stale` comes when `loss-after` \
+                 has passed, neither sooner nor later, and what a lost device brings stands still";
+    AnswerVerdict::NotDecided { covered, cause: cause.to_owned() }
 }
 
 /// The answer if a run that was found does something else in a test.

@@ -14,6 +14,7 @@ pub mod certificate;
 pub mod cone;
 pub mod decide;
 pub mod deduce;
+mod device_wait;
 pub mod encode;
 pub mod equal;
 pub mod events;

@@ -1,7 +1,7 @@
 //! Field devices that are lost in a proof, with known answers.
 
-use super::environment::{answers, answers_of};
-use rungd_prove::answer::{Answer, AnswerVerdict};
+use super::environment::{answers, answers_of, scenario, words_of};
+use rungd_prove::answer::Answer;
 
 /// A pump that runs while its device is there, and what remembers that it was lost.
 const PUMP: &str = r#"
@@ -23,15 +23,6 @@ rung = [
 const LINES: &str = r#"
 always = ["!pump | line1.Ok", "!fault", "!(fault & line1.Ok)", "line1.Ok | line1.Stale"]
 "#;
-
-fn words_of(found: &[Answer]) -> Vec<&'static str> {
-    found.iter().map(Answer::word).collect()
-}
-
-fn scenario(answer: &Answer) -> &str {
-    let AnswerVerdict::Violated { scenario, .. } = &answer.verdict else { panic!("{answer:#?}") };
-    scenario
-}
 
 #[test]
 fn a_device_without_settings_is_lost_and_comes_back_between_any_two_scans() {
@@ -63,9 +54,8 @@ fn before_the_first_scan_of_a_process_no_device_was_there_as_in_a_test() {
     }
 }
 
-#[test]
-fn what_holds_without_the_device_is_proved_by_its_settings() {
-    let controller = r#"
+/// A controller file with the device.
+const CONTROLLER: &str = r#"
 ladder = ["ladder.toml"]
 [[device]]
 name       = "line1"
@@ -76,14 +66,55 @@ loss-after = "50ms"
 map = [{ from = "discrete 0", to = "X0" }]
 "#;
 
-    let files = [("ladder.toml", PUMP), ("controller.toml", controller)];
-    let test = r#"
-controller = "controller.toml"
-always = ["!pump | line1.Ok", "!(line1.Ok & line1.Stale)", "line1.Ok", "line1.Ok | line1.Stale"]
-[prove]
-events = ["device-loss"]
-"#;
-    let found = answers_of(&files, test);
+/// The answers with the settings of the device, which may be lost.
+fn answers_with_settings(ladder: &str, always: &str) -> Vec<Answer> {
+    let files = [("ladder.toml", ladder), ("controller.toml", CONTROLLER)];
+    let test = format!(
+        "controller = \"controller.toml\"\nalways = {always}\n\
+         [prove]\nevents = [\"device-loss\", \"restart\"]\n"
+    );
+    answers_of(&files, &test)
+}
+
+#[test]
+fn what_holds_without_the_device_is_proved_by_its_settings() {
+    let lines = r#"["!pump | line1.Ok", "!(line1.Ok & line1.Stale)", "line1.Ok", "line1.Ok | line1.Stale"]"#;
+    let found = answers_with_settings(PUMP, lines);
     assert_eq!(words_of(&found), ["proved", "proved", "violated", "violated"], "{found:#?}");
     assert!(scenario(&found[2]).contains("\"lose line1\""), "{found:?}");
+}
+
+#[test]
+fn a_scenario_waits_until_loss_after_has_passed() {
+    let found = answers_with_settings(PUMP, r#"["!line1.Stale", "!(fault & pump)"]"#);
+    assert_eq!(words_of(&found), ["violated", "violated"], "{found:#?}");
+    // The sixth scan is the first one more than 50 ms behind the start.
+    let waits = "\"lose line1\",\n    \"run 7 scans\",\n]";
+    assert!(scenario(&found[0]).contains(waits), "{}", scenario(&found[0]));
+    assert!(scenario(&found[1]).contains("\"restore line1\""), "{}", scenario(&found[1]));
+}
+
+/// What must happen in the very scan in which the device goes stale, or in the one before.
+const MOMENTS: &str = r#"
+[ladder]
+name    = "moments"
+devices = ["line1"]
+[tags]
+button = { at = "X5" }
+now    = { at = "C1" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["rise(button)", "line1.Stale"], do = ["SET now"] },
+]
+"#;
+
+#[test]
+fn what_happens_in_the_scan_in_which_a_device_goes_stale_waits_with_it() {
+    let lines =
+        r#"["!now", "!(was(button) & button & rise(line1.Stale))", "!(line1.Stale & $FirstScan)"]"#;
+    let found = answers_with_settings(MOMENTS, lines);
+    assert_eq!(words_of(&found), ["violated", "violated", "not decided"], "{found:#?}");
+    let text = found[2].text();
+    assert!(text.contains("there `.Stale` comes when `loss-after` has passed"), "{text}");
 }

@@ -1,9 +1,10 @@
-//! What happens to the controller in a proof is what happens to it on the rig, as `rungd test` plays
-//! it: after each scan, all memory that both have is the same.
+//! What happens to the controller and its field devices in a proof is what happens to them on the
+//! rig, as `rungd test` plays it: what the rig brings is allowed in a proof, and after each scan all
+//! memory that both have is the same.
 //!
 //! `RUNGD_PROVE_RIG` (6) is the number of random programs, `RUNGD_PROVE_SEED` (1) the first seed.
 
-use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, Word, WordSpace};
 use rungd_engine::{BitCell, Cell, WordCell};
 use rungd_lab::rig::{PowerOff, Rig, RigMode, RigSetup};
 use rungd_lab::testing::read_suite;
@@ -18,12 +19,13 @@ use std::fs;
 
 const NOW: PowerOff = PowerOff { down_ms: 0, lose_ms: 0 };
 
-/// The questions of a test file over a ladder.
-fn questions(ladder: &str, test: &str) -> Questions {
+/// The questions of a test file beside `ladder.toml` and, if it names it, `controller.toml`.
+fn questions(ladder: &str, controller: &str, test: &str) -> Questions {
     let folder = TestFolder::new("prove-rig-events");
     let path = folder.path().join("a.test.toml");
     fs::write(folder.path().join("ladder.toml"), ladder).expect("a ladder");
-    fs::write(&path, format!("ladder = [\"ladder.toml\"]\n{test}")).expect("a test file");
+    fs::write(folder.path().join("controller.toml"), controller).expect("a controller file");
+    fs::write(&path, test).expect("a test file");
     let read = read_suite(&path).expect("a file");
     let found: Vec<&String> = read.findings.iter().map(|finding| &finding.message).collect();
     Questions::new(read.suite.unwrap_or_else(|| panic!("{found:?}\n{ladder}{test}")))
@@ -47,8 +49,8 @@ fn happen(rig: &mut Rig, event: Option<ScanEvent>) {
     }
 }
 
-/// The cells that differ, but for the time of day and those that a run shows before the passes of a
-/// last scan.
+/// The cells that differ, but for the time of day, those that a run shows before the passes of a
+/// last scan, and the bits of devices, which each scan brings anew.
 fn differing(rig: &Rig, run: &Run) -> Vec<String> {
     let layout = &rig.program().symbols.layout;
     let model = &run.model().code.layout;
@@ -58,7 +60,7 @@ fn differing(rig: &Rig, run: &Run) -> Vec<String> {
     for cell in bits.chain(words) {
         let Some(address) = layout.address(cell) else { continue };
         let is_status = match address {
-            Address::Bit(Bit::Space(BitSpace::St, _)) => true,
+            Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..)) => true,
             Address::Word(Word::Space(WordSpace::Dst, _)) => true,
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
         };
@@ -71,46 +73,75 @@ fn differing(rig: &Rig, run: &Run) -> Vec<String> {
     all
 }
 
-fn compare(questions: &Questions, seed: u64) {
+/// Whether the rig brings an input.
+fn is_brought(address: Option<Address>) -> bool {
+    let bits = |bit| matches!(bit, Bit::Space(BitSpace::X, _) | Bit::Device(..));
+    matches!(address, Some(Address::Bit(bit)) if bits(bit))
+}
+
+/// Moves the inputs of the rig, and loses its devices or lets them come back.
+fn move_inputs(rig: &mut Rig, questions: &Questions, rng: &mut Rng) {
+    let layout = &questions.model.code.layout;
+    for input in &questions.model.inputs {
+        match layout.address(input.cell) {
+            Some(Address::Bit(Bit::Space(BitSpace::X, x))) => rig.set_input(x, rng.chance(50)),
+            Some(Address::Bit(Bit::Device(device, DeviceBit::Ok))) if rng.chance(25) => {
+                match rng.chance(50) {
+                    true => rig.lose_device(device),
+                    false => rig.restore_device(device),
+                }
+            }
+            Some(_) | None => {}
+        }
+    }
+}
+
+/// The number of scans that showed a lost device.
+fn compare(questions: &Questions, seed: u64) -> u32 {
     let (model, mut rng) = (&questions.model, Rng::new(seed));
-    let is_x = |address| matches!(address, Some(Address::Bit(Bit::Space(BitSpace::X, _))));
-    let addresses = model.inputs.iter().map(|input| model.code.layout.address(input.cell));
-    if !addresses.into_iter().all(is_x) {
+    let address = |cell| model.code.layout.address(cell);
+    if !model.inputs.iter().all(|input| is_brought(address(input.cell))) {
         // The time of day is free in a proof.
-        return;
+        return 0;
     }
     let setup = RigSetup { keeps_images: true, ..RigSetup::default() };
     let (mut rig, mut run) = (Rig::new(&questions.programs[0], &setup), Run::new(model));
+    let mut lost = 0;
     for number in 0..60 {
-        let mut choices = Vec::new();
-        for choice in model.choices() {
-            let rests = choice.high > 1 && rng.chance(70);
-            let value = rng.range(choice.low.into(), choice.high.into()) as i32;
-            choices.push(if rests { choice.resting } else { value });
+        move_inputs(&mut rig, questions, &mut rng);
+        let event = model.choices().split_off(model.inputs.len());
+        let event = event.iter().map(|choice| match rng.chance(70) {
+            true => choice.resting,
+            false => rng.range(choice.low.into(), choice.high.into()) as i32,
+        });
+        let event: Vec<i32> = event.collect();
+        let happening = model.event(&[vec![0; model.inputs.len()], event.clone()].concat());
+        scan(&mut rig, happening);
+        let of_rig = |cell| {
+            let layout = &rig.program().symbols.layout;
+            rig.image().value(address(cell).and_then(|at| layout.cell(at)).expect("a cell"))
+        };
+        let brought: Vec<i32> = model.inputs.iter().map(|input| of_rig(input.cell)).collect();
+        lost += u32::from(model.inputs.iter().zip(&brought).any(|(input, value)| {
+            let is_ok = |bit| matches!(bit, Bit::Device(_, DeviceBit::Ok));
+            *value == 0 && matches!(address(input.cell), Some(Address::Bit(bit)) if is_ok(bit))
+        }));
+        let outcome = run.scan(&[brought, event].concat());
+        assert!(outcome.is_allowed, "seed {seed}, scan {number}: the rig does what no proof does");
+        if outcome.is_last || rig.mode() == RigMode::Stop && happening.is_none() {
+            return lost;
         }
-        for (input, value) in model.inputs.iter().zip(&choices) {
-            if let Some(Address::Bit(Bit::Space(BitSpace::X, x))) =
-                model.code.layout.address(input.cell)
-            {
-                rig.set_input(x, *value != 0);
-            }
-        }
-        let event = model.event(&choices);
-        scan(&mut rig, event);
-        let outcome = run.scan(&choices);
-        if outcome.is_last || rig.mode() == RigMode::Stop && event.is_none() {
-            return;
-        }
-        if event.is_none() {
+        if happening.is_none() {
             let differ = differing(&rig, &run);
             assert!(differ.is_empty(), "seed {seed}, scan {number}: {differ:#?}");
             continue;
         }
-        happen(&mut rig, event);
+        happen(&mut rig, happening);
         run.settle();
         let differ = differing(&rig, &run);
-        assert!(differ.is_empty(), "seed {seed}, behind scan {number}, {event:?}: {differ:#?}");
+        assert!(differ.is_empty(), "seed {seed}, behind scan {number}, {happening:?}: {differ:#?}");
     }
+    lost
 }
 
 #[test]
@@ -124,7 +155,7 @@ fn random_programs_begin_again_in_a_proof_as_on_the_rig() {
         let ranges: Vec<String> =
             spaces.iter().filter(|_| rng.chance(60)).map(|range| format!("\"{range}\"")).collect();
         let test = format!(
-            "period = \"{period}ms\"\nalways = [\"!Y0 | rise(Y1)\"]\n\
+            "ladder = [\"ladder.toml\"]\nperiod = \"{period}ms\"\nalways = [\"!Y0 | rise(Y1)\"]\n\
              [retain]\nranges = [{ranges}]\nstages = [{stages}]\ninterval = \"10ms\"\n\
              [prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n",
             period = case.period.max(10),
@@ -135,6 +166,68 @@ fn random_programs_begin_again_in_a_proof_as_on_the_rig() {
                 ""
             },
         );
-        compare(&questions(&case.ladder(), &test), seed);
+        compare(&questions(&case.ladder(), "", &test), seed);
     }
+}
+
+/// What a controller does with the bits of its devices.
+const DO: [&str; 6] =
+    ["SET C5", "RST C5", "PONOFF C6", "ADD D2 1 to=D2", "TMR T30 preset=40ms", "OUT Y3"];
+
+/// Rungs that read the bits of two devices.
+fn rungs(rng: &mut Rng) -> String {
+    let contact = |rng: &mut Rng| {
+        let bit = ["line1.Ok", "line1.Stale", "line2.Ok", "line2.Stale"][rng.below(4)];
+        ["", "!"][rng.below(2)].to_owned()
+            + &["BIT", "rise(BIT)", "fall(BIT)"][rng.below(3)].replace("BIT", bit)
+    };
+    let mut text = String::new();
+    for action in DO {
+        let [one, two] = [contact(rng), contact(rng)];
+        let sign = ["&", "|"][rng.below(2)];
+        text +=
+            &format!("[[program.rung]]\nwhen = [\"{one} {sign} {two}\"]\ndo = [\"{action}\"]\n\n");
+    }
+    text
+}
+
+/// A controller file with two devices, one of which brings inputs.
+fn controller(rng: &mut Rng, period_ms: u64) -> String {
+    let mut text = format!("ladder = [\"ladder.toml\"]\n[scan]\nperiod = \"{period_ms}ms\"\n");
+    for (name, input) in [("line1", "X0"), ("line2", "X2")] {
+        let poll_ms = period_ms * [1, 1, 3][rng.below(3)];
+        let loss_after_ms = poll_ms * [2, 3, 5][rng.below(3)];
+        let on_loss = ["hold", "zero"][rng.below(2)];
+        text += &format!(
+            "[[device]]\nname = \"{name}\"\ndriver = \"modbus-tcp\"\naddress = \"192.168.1.20:502\"\n\
+             poll = \"{poll_ms}ms\"\nloss-after = \"{loss_after_ms}ms\"\non-loss = \"{on_loss}\"\n\
+             map = [{{ from = \"discrete 0\", to = \"{input}\" }}]\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn lost_devices_of_random_programs_are_in_a_proof_as_on_the_rig() {
+    let first = setting("RUNGD_PROVE_SEED", 1);
+    let mut lost = 0;
+    for seed in first..first + 2 * setting("RUNGD_PROVE_RIG", 6) {
+        let (case, mut rng) = (generate(seed), Rng::new(seed ^ 0x1057));
+        let ladder =
+            case.ladder().replacen("[ladder]\n", "[ladder]\ndevices = [\"line1\", \"line2\"]\n", 1);
+        let main = "[[program]]\nname = \"Main\"\n\n";
+        let ladder = ladder.replacen(main, &format!("{main}{}", rungs(&mut rng)), 1);
+        let period_ms = case.period.max(10).cast_unsigned();
+        let begins = match seed % 2 {
+            0 => "controller = \"controller.toml\"".to_owned(),
+            _ => format!("ladder = [\"ladder.toml\"]\nperiod = \"{period_ms}ms\""),
+        };
+        let test = format!(
+            "{begins}\nalways = [\"!Y0 | line1.Stale | rise(line2.Ok)\"]\n\
+             [prove]\nevents = [\"device-loss\", \"restart\", \"power-cut\", \"stop\"]\n"
+        );
+        lost += compare(&questions(&ladder, &controller(&mut rng, period_ms), &test), seed);
+    }
+    println!("{lost} scans with a lost device");
+    assert!(lost > 0);
 }
