@@ -18,6 +18,7 @@ mod edge;
 mod events;
 mod exit;
 mod explain;
+mod export;
 #[cfg(feature = "fleet")]
 mod fleet;
 #[cfg(feature = "fleet")]
@@ -110,6 +111,7 @@ enum Command {
     Edge(edge::EdgeArgs),
     Events(events::EventsArgs),
     Explain(explain::ExplainArgs),
+    Export(export::ExportArgs),
     #[cfg(feature = "fleet")]
     Fleet(fleet::FleetArgs),
     Fmt(fmt::FmtArgs),
@@ -200,6 +202,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Edge(args) => edge::edge(args),
         Command::Events(args) => events::events(args),
         Command::Explain(args) => explain::explain(args),
+        Command::Export(args) => export::export(args),
         #[cfg(feature = "fleet")]
         Command::Fleet(args) => fleet::fleet(args),
         Command::Fmt(args) => fmt::fmt(args),

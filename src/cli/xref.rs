@@ -18,6 +18,7 @@ use super::terminal::{plain_json, print, say, say_findings, say_line};
 use rungd_config::load::{self, Loaded, identity};
 use rungd_history::observe::Subject;
 use rungd_lab::draw::xref::{CrossReferenceIndex, text};
+use rungd_lab::rig::simulation::DEFAULT_PERIOD_MS;
 use rungd_lab::testing::{self, TestTouch};
 use rungd_language::source::render::render;
 use rungd_language::source::wording::counted;
@@ -97,6 +98,11 @@ impl AskedProgram {
     /// Reads the tests of the program, and returns the operands that they use.
     pub fn tests(&self) -> Vec<TestTouch> {
         tests(&self.loaded)
+    }
+
+    /// The period of the controller file, in ms; of a ladder alone the default one.
+    pub fn period_ms(&self) -> u32 {
+        self.loaded.controller.as_ref().map_or(DEFAULT_PERIOD_MS, |controller| controller.period_ms)
     }
 
     /// The index of the program, for look-ups.

@@ -1,5 +1,5 @@
 //! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`,
-//! `docs/black-box.md`, `docs/testing.md`, `docs/import/README.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
+//! `docs/black-box.md`, `docs/testing.md`, `docs/import/README.md`, `docs/export.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
 //! `docs/draw.md`, executed: each
 //! command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`,
 //! and prints what the page shows.
@@ -263,6 +263,12 @@ fn the_commands_of_the_cross_reference_page_print_what_the_page_shows() {
 #[cfg(feature = "import")]
 fn the_first_hour_with_an_imported_program_goes_as_the_page_shows() {
     run_page("docs/import/README.md");
+}
+
+#[test]
+#[cfg(feature = "import")]
+fn the_commands_of_the_export_page_print_what_the_page_shows() {
+    run_page("docs/export.md");
 }
 
 #[test]

@@ -7,7 +7,9 @@ mod differential;
 mod docs_commands;
 mod draw;
 mod examples;
+mod export;
 mod fmt;
+#[cfg(feature = "import")]
 mod import;
 mod init;
 mod ladder_tests;

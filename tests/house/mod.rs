@@ -23,7 +23,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
     ("config", &["explain", "load", "controller"]),
     ("fleet", &["edge", "fleet", "metrics", "opcua", "journal", "settings_file"]),
     ("history", &["playback", "record", "observe"]),
-    ("lab", &["draw", "testing", "rig", "traces", "svg"]),
+    ("lab", &["export", "draw", "testing", "rig", "traces", "svg"]),
     ("language", &["lower", "check", "resolve", "format", "source"]),
     ("net", &["http", "mqtt", "sparkplug"]),
     ("state", &["retain", "reload"]),

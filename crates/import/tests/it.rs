@@ -4,6 +4,8 @@
 
 mod click;
 mod damage;
+mod export;
+
 mod l5x;
 mod large;
 mod numbers;

@@ -6,6 +6,7 @@
 //! opens a socket.
 
 pub mod draw;
+pub mod export;
 pub mod rig;
 pub mod svg;
 pub mod testing;

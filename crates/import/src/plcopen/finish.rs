@@ -57,7 +57,9 @@ pub(super) fn finished(
         let mut tags = Vec::new();
         let prefix = format!("{}_{}", place.prefix, name.replace('-', "_"));
         let foreign = ForeignRung { name, doc, prefix, names: &mut memory.names, tags: &mut tags };
-        done.rungs.extend(rungs(turn.steps, foreign));
+        let mut made = rungs(turn.steps, foreign);
+        names.keep_apart(&mut made);
+        done.rungs.extend(made);
         memory.scopes[place.scope].tags.extend(tags);
     }
     for (number, network) in all.networks.iter().enumerate() {
@@ -112,4 +114,22 @@ struct RungNames {
     taken: HashSet<String>,
     /// The last number behind a name.
     next: HashMap<String, usize>,
+}
+
+impl RungNames {
+    /// Renames further rungs of a network that are called as those of another one: `stop-2` may
+    /// be the second rung of `stop`, or of a coil `stop_2`. The name of a use stays.
+    fn keep_apart(&mut self, rungs: &mut [ProjectRung]) {
+        for rung in rungs.iter_mut().skip(1) {
+            let is_use = matches!(rung.body, RungBody::Use { .. });
+            let Some(name) = rung.name.as_mut().filter(|_| !is_use) else { continue };
+            let base = name.clone();
+            for number in 2.. {
+                if self.taken.insert(name.clone()) {
+                    break;
+                }
+                *name = format!("{base}-n{number}");
+            }
+        }
+    }
 }

@@ -141,3 +141,35 @@ fn programs_in_other_languages_are_named_and_open() {
     assert_eq!(project.outcome.open.len(), 1);
     assert_eq!(plant::errors(&project), "");
 }
+
+#[test]
+fn rungs_of_two_networks_never_get_one_name() {
+    // The second rung of `stop` would be `stop-2`, as the coil's network is called.
+    let variables =
+        bits(&["a", "stop", "stop_2"]) + "<variable name=\"n\"><type><DINT/></type></variable>";
+    let value = |id: u32, text: &str| {
+        format!(
+            "<inVariable localId=\"{id}\"><position x=\"0\" y=\"60\"/><expression>{text}\
+             </expression></inVariable>"
+        )
+    };
+    let second = contact(2, "a", 1) + &coil(3, "stop_2", &[2]);
+    let first = value(4, "n")
+        + "<block localId=\"5\" typeName=\"ABS\"><position x=\"50\" y=\"60\"/><inputVariables>\
+           <variable formalParameter=\"IN\"><connectionPointIn><connection refLocalId=\"4\"/>\
+           </connectionPointIn></variable></inputVariables><inOutVariables/><outputVariables>\
+           <variable formalParameter=\"OUT\"><connectionPointOut/></variable></outputVariables>\
+           </block><block localId=\"6\" typeName=\"GT\"><position x=\"90\" y=\"60\"/>\
+           <inputVariables><variable formalParameter=\"IN1\"><connectionPointIn><connection \
+           refLocalId=\"5\" formalParameter=\"OUT\"/></connectionPointIn></variable><variable \
+           formalParameter=\"IN2\"><connectionPointIn><connection refLocalId=\"7\"/>\
+           </connectionPointIn></variable></inputVariables><inOutVariables/><outputVariables>\
+           <variable formalParameter=\"OUT\"><connectionPointOut/></variable></outputVariables>\
+           </block>"
+        + &value(7, "5")
+        + "<coil localId=\"8\"><position x=\"150\" y=\"60\"/><connectionPointIn><connection \
+           refLocalId=\"6\" formalParameter=\"OUT\"/></connectionPointIn><variable>stop</variable>\
+           </coil>";
+    let project = made(&variables, &(second + &first));
+    assert_eq!(plant::errors(&project), "");
+}

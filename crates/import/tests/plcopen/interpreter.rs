@@ -41,7 +41,7 @@ impl Machine {
             .filter(|node| node.tag_name().name() == "pou")
             .map(unit)
             .collect();
-        let program = units.iter().position(|unit| unit.name == "prog").unwrap();
+        let program = units.iter().position(|unit| unit.is_program).unwrap();
         let program = instance(&units, program);
         Machine { units, program }
     }
@@ -272,10 +272,10 @@ impl<'r> Run<'r> {
         match text {
             "TRUE" => Value::Bool(true),
             "FALSE" => Value::Bool(false),
-            text if text.contains(".25") => Value::Real(text.parse().unwrap()),
-            text => match text.parse() {
-                Ok(value) => Value::Whole(value),
-                Err(_) => member(self.instance, text),
+            text => match (text.parse(), text.parse()) {
+                (Ok(value), _) => Value::Whole(value),
+                (_, Ok(value)) if text.contains('.') => Value::Real(value),
+                _ => member(self.instance, text),
             },
         }
     }

@@ -10,11 +10,11 @@ mod function_cases;
 mod functions;
 mod generator;
 mod hostile;
-mod interpreter;
+pub mod interpreter;
 mod kinds;
 mod reading;
 mod tables;
-mod values;
+pub mod values;
 
 /// A file with a program of these variables and this ladder; the left rail is the element 1.
 pub fn file(variables: &str, ladder: &str) -> String {

@@ -18,11 +18,31 @@ pub struct InputPin {
 #[derive(Clone, Debug)]
 pub enum Part {
     Rail,
-    Contact { variable: String, negated: bool, edge: String, lines: Vec<Line> },
-    Coil { variable: String, negated: bool, storage: String, edge: String, lines: Vec<Line> },
+    Contact {
+        variable: String,
+        negated: bool,
+        edge: String,
+        lines: Vec<Line>,
+    },
+    Coil {
+        variable: String,
+        negated: bool,
+        storage: String,
+        edge: String,
+        lines: Vec<Line>,
+    },
     Input(String),
-    Output { variable: String, lines: Vec<Line> },
-    Block { kind: String, instance: String, pins: Vec<InputPin> },
+    Output {
+        variable: String,
+        lines: Vec<Line>,
+    },
+    Block {
+        kind: String,
+        instance: String,
+        pins: Vec<InputPin>,
+    },
+    /// What does nothing: a comment, a right rail.
+    Idle,
 }
 
 #[derive(Clone, Debug)]
@@ -45,6 +65,7 @@ pub struct Declared {
 #[derive(Clone, Debug)]
 pub struct Unit {
     pub name: String,
+    pub is_program: bool,
     /// Of a function.
     pub result: Option<String>,
     pub variables: Vec<Declared>,
@@ -70,6 +91,7 @@ pub fn unit(node: Node<'_, '_>) -> Unit {
     let body = child(child(node, "body").unwrap(), "LD").unwrap();
     Unit {
         name: node.attribute("name").unwrap().to_owned(),
+        is_program: node.attribute("pouType") == Some("program"),
         result: result.map(|kind| kind.tag_name().name().to_owned()),
         variables: variables.collect(),
         elements: body.children().filter(Node::is_element).map(element).collect(),
@@ -130,6 +152,7 @@ pub fn element(node: Node<'_, '_>) -> Element {
                 pins: pins.collect(),
             }
         }
+        "comment" | "rightPowerRail" => Part::Idle,
         name => panic!("the interpreter has no {name}"),
     };
     let id = node.attribute("localId").unwrap().parse().unwrap();

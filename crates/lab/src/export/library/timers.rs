@@ -1,0 +1,143 @@
+//! The timers: semantics, section 3.
+
+use super::{BlockBody, LibraryBlock};
+use crate::export::functions::{at_least_zero, number, select, text, time_added, time_taken};
+use crate::export::project::{ExportedUnit, NetworkPower, off, on};
+
+/// A timer with one leg, or with a reset leg too.
+fn timer(block: LibraryBlock, doc: &str, legs: &[&str]) -> BlockBody {
+    BlockBody::new(block, doc)
+        .inputs("BOOL", legs)
+        .inputs("DINT", &["Preset", "Elapsed"])
+        .inputs("BOOL", &["Pending"])
+        .inputs("DINT", &["Acc"])
+        .outputs("DINT", &["NewAcc"])
+        .outputs("BOOL", &["Done", "Reset", "Zero", "Timing"])
+}
+
+/// The flags of a timer that is reset while `live` is OFF, from its new value.
+fn flags(body: BlockBody, done: [&str; 2]) -> BlockBody {
+    let [compare, limit] = done;
+    let limit = if limit == "0" { number(0) } else { at_least_zero(text(limit)) };
+    body.compare("reached", compare, [text("NewAcc"), limit]).compare(
+        "Zero",
+        "EQ",
+        [text("NewAcc"), number(0)],
+    )
+}
+
+/// TMR and ONDTMR.
+pub(super) fn up() -> ExportedUnit {
+    let body = timer(LibraryBlock::Tmr, "TMR and ONDTMR of rungd", &["Leg"])
+        .locals("BOOL", &["live", "adds", "was_live", "reached"])
+        .coil("live", NetworkPower::all([on("Leg"), off("Pending")]))
+        .coil("adds", NetworkPower::all([on("live"), on("was_live")]))
+        .coil("was_live", on("live"))
+        .store("NewAcc", select(on("adds"), number(0), time_added(text("Acc"), text("Elapsed"))));
+    flags(body, ["GE", "Preset"])
+        .coil("Done", NetworkPower::all([on("live"), on("reached")]))
+        .coil("Reset", off("live"))
+        .coil("Timing", on("live"))
+        .0
+}
+
+/// TMRDOWN.
+pub(super) fn down() -> ExportedUnit {
+    let body = timer(LibraryBlock::Tmrdown, "TMRDOWN of rungd", &["Leg"])
+        .locals("BOOL", &["live", "takes", "was_live", "reached"])
+        .coil("live", NetworkPower::all([on("Leg"), off("Pending")]))
+        .coil("takes", NetworkPower::all([on("live"), on("was_live")]))
+        .coil("was_live", on("live"))
+        .store(
+            "NewAcc",
+            select(
+                on("takes"),
+                at_least_zero(text("Preset")),
+                time_taken(text("Acc"), text("Elapsed")),
+            ),
+        );
+    flags(body, ["LE", "0"])
+        .coil("Done", NetworkPower::all([on("live"), on("reached")]))
+        .coil("Reset", off("live"))
+        .coil("Timing", NetworkPower::all([on("live"), off("Zero")]))
+        .0
+}
+
+/// OFFDTMR.
+pub(super) fn off_delay() -> ExportedUnit {
+    let either = |one, other| NetworkPower::any([on(one), on(other)]);
+    timer(LibraryBlock::Offdtmr, "OFFDTMR of rungd", &["Leg"])
+        .outputs("BOOL", &["Output"])
+        .locals("BOOL", &["live", "counts", "loads", "keeps", "was_on", "was_timing", "positive"])
+        .coil("live", NetworkPower::all([off("Leg"), off("Pending")]))
+        .coil("counts", NetworkPower::all([on("live"), either("was_on", "was_timing")]))
+        .coil("loads", either("Leg", "was_on"))
+        .coil("keeps", either("Leg", "counts"))
+        .store(
+            "NewAcc",
+            select(
+                on("keeps"),
+                number(0),
+                select(
+                    on("loads"),
+                    time_taken(text("Acc"), text("Elapsed")),
+                    at_least_zero(text("Preset")),
+                ),
+            ),
+        )
+        .compare("positive", "GT", [text("NewAcc"), number(0)])
+        .compare("Zero", "EQ", [text("NewAcc"), number(0)])
+        .coil("Timing", NetworkPower::all([on("counts"), on("positive")]))
+        .coil("was_timing", on("Timing"))
+        .coil("was_on", on("Leg"))
+        .coil("Done", NetworkPower::all([on("live"), off("positive")]))
+        .coil("Reset", either("Leg", "Pending"))
+        .coil("Output", either("Leg", "Timing"))
+        .0
+}
+
+/// What TMRA and TMRADOWN have in common: when they are reset, when they time, when time counts.
+fn accumulating(block: LibraryBlock, doc: &str) -> BlockBody {
+    timer(block, doc, &["Leg", "Rst"])
+        .locals("BOOL", &["resets", "times", "counts", "was_timing", "reached"])
+        .coil("resets", NetworkPower::any([on("Rst"), on("Pending")]))
+        .coil("times", NetworkPower::all([on("Leg"), off("resets")]))
+        .coil("counts", NetworkPower::all([on("times"), on("was_timing")]))
+        .coil("was_timing", on("times"))
+}
+
+/// TMRA and TMRAG.
+pub(super) fn accumulating_up() -> ExportedUnit {
+    let body = accumulating(LibraryBlock::Tmra, "TMRA and TMRAG of rungd").store(
+        "NewAcc",
+        select(
+            on("resets"),
+            select(on("counts"), text("Acc"), time_added(text("Acc"), text("Elapsed"))),
+            number(0),
+        ),
+    );
+    flags(body, ["GE", "Preset"])
+        .coil("Done", NetworkPower::all([off("resets"), on("reached")]))
+        .coil("Reset", on("resets"))
+        .coil("Timing", on("times"))
+        .0
+}
+
+/// TMRADOWN.
+pub(super) fn accumulating_down() -> ExportedUnit {
+    let body = accumulating(LibraryBlock::Tmradown, "TMRADOWN of rungd")
+        .locals("BOOL", &["loads", "loaded"])
+        .locals("DINT", &["base"])
+        .coil("loads", NetworkPower::any([on("resets"), off("loaded")]))
+        .coil("loaded", NetworkPower::Constant(true))
+        .store("base", select(on("loads"), text("Acc"), at_least_zero(text("Preset"))))
+        .store(
+            "NewAcc",
+            select(on("counts"), text("base"), time_taken(text("base"), text("Elapsed"))),
+        );
+    flags(body, ["LE", "0"])
+        .coil("Done", NetworkPower::all([off("resets"), on("reached")]))
+        .coil("Reset", on("resets"))
+        .coil("Timing", NetworkPower::all([on("times"), off("Zero")]))
+        .0
+}

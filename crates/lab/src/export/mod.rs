@@ -1,0 +1,194 @@
+//! A ladder as PLCopen XML, for OpenPLC, Beremiz and CODESYS: the way back from `rungd import`.
+//!
+//! Called by `rungd export`. Pure: a program in, a text out. Blocks that always run become one
+//! program, in scan order; `contacts` and `instructions` say what a rung does, `rungs` makes
+//! networks of it, `library` has rungd's timers and counters as function blocks, `xml` writes the
+//! file. What has no form that does the same in every scan is refused by name; nothing is dropped.
+//! What is exported, and what differs, stands in `docs/export.md`.
+
+mod contacts;
+mod functions;
+mod instructions;
+mod ladder_xml;
+mod library;
+mod memory;
+mod names;
+mod owners;
+mod project;
+mod refusal;
+mod rungs;
+mod xml;
+
+use std::collections::{HashMap, HashSet};
+
+use library::LibraryBlock;
+use memory::ExportMemory;
+pub use memory::OutsideValue;
+use project::{
+    BlockCall, CallResult, CoilAction, ExportedNetwork, ExportedProject, ExportedUnit, NetworkBody,
+    NetworkCoil, NetworkPower,
+};
+pub use refusal::ExportRefusal;
+use rungd_engine::isa::{Address, Bit, OperandRole, Structure};
+use rungd_language::lower::WordLimits;
+use rungd_language::resolve::program::{Block, BlockKind, Program};
+use rungd_language::resolve::reads::ReadOperand;
+use rungs::{ProgramFacts, RungExport};
+
+/// An exported ladder.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ExportedLadder {
+    /// The file.
+    pub text: String,
+    /// The number of rungs.
+    pub rungs: usize,
+    /// What the other controller has to write.
+    pub outside: Vec<OutsideValue>,
+    /// The bits and words of the ladder, and their variables; in order of first use.
+    pub variables: Vec<VariableOfAddress>,
+}
+
+/// The variable of a bit or word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VariableOfAddress {
+    /// The bit or word.
+    pub address: Address,
+    /// The variable.
+    pub variable: String,
+}
+
+/// Exports an error-free program, whose scans are to begin this many ms apart.
+///
+/// # Errors
+/// All parts that have no form that does the same.
+pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec<ExportRefusal>> {
+    let mut refusals = Vec::new();
+    let blocks = always_running(program, &mut refusals);
+    let facts = facts(program);
+    let mut memory = ExportMemory::of(program);
+    let (mut networks, mut rungs) = (Vec::new(), 0);
+    for block in &blocks {
+        for (at, rung) in block.rungs.iter().enumerate() {
+            let label = rung.name.clone().unwrap_or_else(|| format!("{}_{}", block.name, at + 1));
+            rungs += 1;
+            match RungExport::new(&facts, &mut memory, label).networks(rung) {
+                Ok(made) => networks.extend(with_heading(made, block, at)),
+                Err(refusal) => refusals.push(refusal),
+            }
+        }
+    }
+    if !refusals.is_empty() {
+        return Err(refusals);
+    }
+    let name = names::legal(&program.name);
+    let networks = [top(&mut memory), networks, end(&mut memory)].concat();
+    let mut units: Vec<ExportedUnit> = memory.blocks.iter().map(|block| block.unit()).collect();
+    units.push(ExportedUnit {
+        name: name.clone(),
+        doc: program.doc.clone().unwrap_or_default(),
+        is_program: true,
+        variables: memory.variables.clone(),
+        networks,
+    });
+    let project = ExportedProject { name: program.name.clone(), units };
+    let text = xml::file(&project, period_ms);
+    let variables = memory.of_addresses();
+    Ok(ExportedLadder { text, rungs, outside: memory.outside, variables })
+}
+
+/// The blocks that execute in every scan, in the order in which they do; others are refused.
+fn always_running<'p>(program: &'p Program, refusals: &mut Vec<ExportRefusal>) -> Vec<&'p Block> {
+    let of_kind = |kind| program.blocks.iter().filter(move |block| block.kind == kind);
+    let order = program.order.iter().map(|id| program.block(*id));
+    let all = of_kind(BlockKind::TopOfScan).chain(order).chain(of_kind(BlockKind::BottomOfScan));
+    let mut running = Vec::new();
+    for block in all {
+        let is_always =
+            block.autostart || matches!(block.kind, BlockKind::TopOfScan | BlockKind::BottomOfScan);
+        if !block.stages.is_empty() {
+            let what = format!("the Stages of {}", block.name);
+            refusals.push(ExportRefusal::new(block.span, what, refusal::STAGES));
+        } else if is_always {
+            running.push(block);
+        } else {
+            let what = format!("{} {}, which starts and stops", block.kind.title(), block.name);
+            refusals.push(ExportRefusal::new(block.span, what, refusal::BLOCKS));
+        }
+    }
+    for kind in [BlockKind::FirstScan, BlockKind::LastScan, BlockKind::Subroutine] {
+        for block in of_kind(kind).filter(|block| !block.rungs.is_empty()) {
+            let what = format!("{} {}", kind.title(), block.name);
+            refusals.push(ExportRefusal::new(block.span, what, refusal::BLOCKS));
+        }
+    }
+    running
+}
+
+/// What the rungs need to know of the whole program.
+fn facts(program: &Program) -> ProgramFacts<'_> {
+    let mut reset = HashSet::new();
+    let mut owners = HashMap::new();
+    for (_, instruction) in program.instructions() {
+        for located in instruction.operands_with::<Structure>(OperandRole::Resets) {
+            reset.insert(located.value);
+        }
+        for located in instruction.operands_with::<Structure>(OperandRole::Owns) {
+            owners.insert(located.value, instruction);
+        }
+    }
+    let rungs = program.parts().flat_map(|part| part.rungs);
+    let contacts = rungs.flat_map(|rung| {
+        let legs = rung.legs.iter().flat_map(|leg| &leg.contacts);
+        legs.chain(rung.branches.iter().flat_map(|branch| &branch.contacts))
+    });
+    let by_contacts = contacts.flat_map(|contact| contact.reads_of_all());
+    let by_instructions = program.instructions().flat_map(|(_, instruction)| instruction.reads());
+    let flags = by_contacts.chain(by_instructions).filter_map(|operand| match operand {
+        ReadOperand::Address(Address::Bit(bit @ Bit::Flag(..))) => Some(bit),
+        ReadOperand::Address(_) | ReadOperand::Array(_) => None,
+    });
+    let read_flags = flags.collect();
+    ProgramFacts { program, limits: WordLimits::of(program), reset, owners, read_flags }
+}
+
+/// The networks of a rung; those of a block's first one begin with the block's name.
+fn with_heading(
+    mut networks: Vec<ExportedNetwork>,
+    block: &Block,
+    at: usize,
+) -> Vec<ExportedNetwork> {
+    if let (0, Some(first)) = (at, networks.first_mut()) {
+        let heading = format!("{} {}", block.kind.title(), block.name);
+        let parts = [Some(heading), block.doc.clone(), Some(first.doc.clone())];
+        let parts = parts.into_iter().flatten().filter(|part| !part.is_empty());
+        first.doc = parts.collect::<Vec<_>>().join(". ");
+    }
+    networks
+}
+
+/// The networks before all others: the time since the last scan.
+fn top(memory: &mut ExportMemory<'_>) -> Vec<ExportedNetwork> {
+    if !memory.has_shared("Elapsed") {
+        return Vec::new();
+    }
+    let variable = memory.shared("Elapsed", "DINT");
+    let block = LibraryBlock::Clock;
+    let instance = Some(memory.instance("Clock", block));
+    let call = BlockCall { type_name: block.name().to_owned(), instance, inputs: Vec::new() };
+    let results = vec![CallResult { pin: "Elapsed", variable, is_coil: false }];
+    let body = NetworkBody::Call { call, results };
+    vec![ExportedNetwork { doc: "Whole ms since the last scan".to_owned(), body }]
+}
+
+/// The networks behind all others: the end of the first scan.
+fn end(memory: &mut ExportMemory<'_>) -> Vec<ExportedNetwork> {
+    if !memory.has_shared("FirstScan") {
+        return Vec::new();
+    }
+    let variable = memory.shared("FirstScan", "BOOL");
+    memory.begin_with(&variable, "TRUE");
+    let power = NetworkPower::Constant(true);
+    let coil = NetworkCoil { power: power.clone(), variable, action: CoilAction::Reset };
+    let body = NetworkBody::Coils { power, coils: vec![coil] };
+    vec![ExportedNetwork { doc: "The end of the first scan".to_owned(), body }]
+}

@@ -1,0 +1,272 @@
+//! The rungs of a block as networks, in their order.
+//!
+//! A rung's contacts are evaluated once in rungd, before its instructions. A network of IEC 61131-3
+//! reads its contacts anew for each coil. So where an instruction of the rung changes what its
+//! contacts read, and where many contacts would be written for several networks, the power is kept
+//! in a bit first. Coils of one rung share a network, as long as none changes what a later one
+//! reads.
+
+use std::collections::{HashMap, HashSet};
+
+use super::memory::ExportMemory;
+use super::project::{
+    BlockCall, CallResult, CoilAction, ExportedNetwork, NetworkBody, NetworkCoil, NetworkPower, on,
+};
+use super::refusal::ExportRefusal;
+use rungd_engine::isa::{Bit, LegName, Structure};
+use rungd_language::lower::WordLimits;
+use rungd_language::resolve::program::{Instruction, Program, Rung};
+
+/// Contacts that are written again for each network, instead of a bit that keeps their power.
+const REPEATED_MAX: usize = 3;
+
+/// What a rung does, in its order.
+#[derive(Clone, Debug)]
+pub(super) enum RungAct {
+    Coil(NetworkCoil),
+    Call { call: BlockCall, results: Vec<CallResult> },
+}
+
+/// What the rungs of a program share.
+pub(super) struct ProgramFacts<'p> {
+    pub(super) program: &'p Program,
+    pub(super) limits: WordLimits,
+    /// The timers and counters that a RSTT or RSTCT resets.
+    pub(super) reset: HashSet<Structure>,
+    /// The instructions that own timers and counters.
+    pub(super) owners: HashMap<Structure, &'p Instruction>,
+    /// The flags of timers and counters that the ladder reads.
+    pub(super) read_flags: HashSet<Bit>,
+}
+
+/// A rung that is being exported.
+pub(super) struct RungExport<'e, 'p> {
+    pub(super) program: &'p Program,
+    pub(super) facts: &'e ProgramFacts<'p>,
+    pub(super) memory: &'e mut ExportMemory<'p>,
+    /// The beginning of the names of its variables.
+    pub(super) label: String,
+    pub(super) acts: Vec<RungAct>,
+}
+
+/// The power of an instruction's legs.
+pub(super) struct LegPowers(Vec<LegPower>);
+
+/// The power of a leg.
+struct LegPower {
+    name: LegName,
+    power: NetworkPower,
+}
+
+impl LegPowers {
+    /// The power of a leg; an open end, if the instruction has no such leg.
+    pub(super) fn of(&self, name: LegName) -> NetworkPower {
+        let found = self.0.iter().find(|leg| leg.name == name);
+        found.map_or(NetworkPower::Constant(false), |leg| leg.power.clone())
+    }
+
+    /// The power of a rung with one leg.
+    fn of_rung() -> LegPowers {
+        let power = NetworkPower::OfRung { is_negated: false };
+        LegPowers(vec![LegPower { name: LegName::When, power }])
+    }
+}
+
+impl<'e, 'p> RungExport<'e, 'p> {
+    /// A rung that is named so among the variables.
+    pub(super) fn new(
+        facts: &'e ProgramFacts<'p>,
+        memory: &'e mut ExportMemory<'p>,
+        label: String,
+    ) -> RungExport<'e, 'p> {
+        RungExport { program: facts.program, facts, memory, label, acts: Vec::new() }
+    }
+
+    /// The networks of a rung.
+    ///
+    /// # Errors
+    /// The first part of it that has no faithful form.
+    pub(super) fn networks(mut self, rung: &Rung) -> Result<Vec<ExportedNetwork>, ExportRefusal> {
+        let is_plain = rung.legs.iter().all(|leg| leg.name == LegName::When);
+        let mut networks = match is_plain {
+            true => self.plain(rung)?,
+            false => self.legs(rung)?,
+        };
+        if let Some(first) = networks.first_mut() {
+            let name = rung.name.iter().cloned();
+            let parts: Vec<String> = name.chain(rung.doc.iter().cloned()).collect();
+            first.doc = parts.join(": ");
+        }
+        Ok(networks)
+    }
+
+    fn legs(&mut self, rung: &Rung) -> Result<Vec<ExportedNetwork>, ExportRefusal> {
+        let mut legs = Vec::new();
+        for leg in &rung.legs {
+            let power = self.series(&leg.contacts)?;
+            legs.push(LegPower { name: leg.name, power });
+        }
+        let legs = LegPowers(legs);
+        for instruction in &rung.body {
+            self.instruction(instruction, &legs)?;
+        }
+        let acts = std::mem::take(&mut self.acts);
+        Ok(self.grouped(&NetworkPower::Constant(true), acts))
+    }
+
+    fn plain(&mut self, rung: &Rung) -> Result<Vec<ExportedNetwork>, ExportRefusal> {
+        let contacts = rung.legs.iter().flat_map(|leg| &leg.contacts).cloned();
+        let power = self.series(&contacts.collect::<Vec<_>>())?;
+        let before = std::mem::take(&mut self.acts);
+        self.instructions(&rung.body)?;
+        for branch in &rung.branches {
+            let power = self.series(&branch.contacts)?;
+            let ahead = std::mem::take(&mut self.acts);
+            self.instructions(&branch.body)?;
+            let behind = std::mem::take(&mut self.acts);
+            let rung = NetworkPower::OfRung { is_negated: false };
+            let power = NetworkPower::all([rung, power]);
+            self.acts = ahead;
+            let kept = self.kept(power, &behind);
+            self.acts.extend(behind.into_iter().map(|act| act.with_rung(&kept)));
+        }
+        let acts = std::mem::take(&mut self.acts);
+        self.acts = before;
+        let power = self.kept(power, &acts);
+        let before = std::mem::take(&mut self.acts);
+        let mut networks = self.grouped(&NetworkPower::Constant(true), before);
+        networks.extend(self.grouped(&power, acts));
+        Ok(networks)
+    }
+
+    fn instructions(&mut self, body: &[Instruction]) -> Result<(), ExportRefusal> {
+        let power = LegPowers::of_rung();
+        body.iter().try_for_each(|instruction| self.instruction(instruction, &power))
+    }
+
+    /// The power for acts; if they need it, a bit with it, which is written before them.
+    fn kept(&mut self, power: NetworkPower, acts: &[RungAct]) -> NetworkPower {
+        let mut reads = Vec::new();
+        power.read(&mut reads);
+        let users = acts.iter().filter(|act| act.has_rung());
+        let calls = users.filter(|act| matches!(act, RungAct::Call { .. })).count();
+        let is_changed = acts.iter().enumerate().any(|(at, act)| {
+            let is_read_behind = acts[at + 1..].iter().any(RungAct::has_rung);
+            is_read_behind && act.writes().any(|name| reads.iter().any(|read| read == name))
+        });
+        let is_long = power.weight() > REPEATED_MAX && calls > 0 && acts.len() > 1;
+        if !is_changed && !is_long {
+            return power;
+        }
+        let bit = self.fresh("power", "BOOL");
+        self.coil(CoilAction::Assign, power, &bit);
+        on(&bit)
+    }
+
+    /// The networks of acts; coils with the rung's power share one where they can.
+    fn grouped(&mut self, rung: &NetworkPower, acts: Vec<RungAct>) -> Vec<ExportedNetwork> {
+        let mut networks = Vec::new();
+        let mut group: Vec<NetworkCoil> = Vec::new();
+        let mut rung_reads = Vec::new();
+        rung.read(&mut rung_reads);
+        for act in acts {
+            let coil = match act {
+                RungAct::Coil(coil) => coil,
+                RungAct::Call { call, results } => {
+                    self.close(rung, &mut group, &mut networks);
+                    let call = call.mapped(&|power| power.with_rung(rung));
+                    networks.push(network(NetworkBody::Call { call, results }));
+                    continue;
+                }
+            };
+            let mut reads = rung_reads.clone();
+            coil.power.read(&mut reads);
+            let own = behind_rung(&coil.power);
+            if own.is_none() || group.iter().any(|coil| reads.contains(&coil.variable)) {
+                self.close(rung, &mut group, &mut networks);
+            }
+            match own {
+                Some(power) => group.push(NetworkCoil { power, ..coil }),
+                None => {
+                    let power = self.closed(coil.power.clone().with_rung(rung));
+                    let coils = vec![NetworkCoil { power: NetworkPower::Constant(true), ..coil }];
+                    networks.push(network(NetworkBody::Coils { power, coils }));
+                }
+            }
+        }
+        self.close(rung, &mut group, &mut networks);
+        networks
+    }
+
+    /// Ends a group of coils.
+    fn close(
+        &mut self,
+        rung: &NetworkPower,
+        group: &mut Vec<NetworkCoil>,
+        networks: &mut Vec<ExportedNetwork>,
+    ) {
+        let coils = std::mem::take(group);
+        if coils.is_empty() {
+            return;
+        }
+        let coils = coils.into_iter();
+        let coils =
+            coils.map(|coil| NetworkCoil { power: self.closed(coil.power), ..coil }).collect();
+        let power = self.closed(rung.clone());
+        networks.push(network(NetworkBody::Coils { power, coils }));
+    }
+
+    /// A power that can be drawn: an open end is a contact that is never ON.
+    fn closed(&mut self, power: NetworkPower) -> NetworkPower {
+        match power == NetworkPower::Constant(false) {
+            true => on(&self.memory.shared("Never", "BOOL")),
+            false => power,
+        }
+    }
+}
+
+impl RungAct {
+    fn has_rung(&self) -> bool {
+        match self {
+            RungAct::Coil(coil) => coil.power.has_rung(),
+            RungAct::Call { call, .. } => call.has_rung(),
+        }
+    }
+
+    /// The variables that it writes.
+    fn writes(&self) -> impl Iterator<Item = &str> {
+        let (coil, results) = match self {
+            RungAct::Coil(coil) => (Some(coil.variable.as_str()), &[][..]),
+            RungAct::Call { results, .. } => (None, results.as_slice()),
+        };
+        coil.into_iter().chain(results.iter().map(|result| result.variable.as_str()))
+    }
+
+    fn with_rung(self, rung: &NetworkPower) -> RungAct {
+        match self {
+            RungAct::Coil(coil) => {
+                RungAct::Coil(NetworkCoil { power: coil.power.with_rung(rung), ..coil })
+            }
+            RungAct::Call { call, results } => {
+                RungAct::Call { call: call.mapped(&|power| power.with_rung(rung)), results }
+            }
+        }
+    }
+}
+
+/// A network without a comment.
+fn network(body: NetworkBody) -> ExportedNetwork {
+    ExportedNetwork { doc: String::new(), body }
+}
+
+/// The contacts behind the rung's power; `None` if the power does not begin with it.
+fn behind_rung(power: &NetworkPower) -> Option<NetworkPower> {
+    let rung = NetworkPower::OfRung { is_negated: false };
+    if *power == rung {
+        return Some(NetworkPower::Constant(true));
+    }
+    let NetworkPower::Series(parts) = power else { return None };
+    let (first, rest) = parts.split_first()?;
+    let rest = NetworkPower::all(rest.iter().cloned());
+    (*first == rung && !rest.has_rung()).then_some(rest)
+}
