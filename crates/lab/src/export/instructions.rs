@@ -8,7 +8,7 @@ use super::project::{
     BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkPower, off, on,
 };
 use super::refusal::{self, ExportRefusal};
-use super::rungs::{LegPowers, RungExport};
+use super::rungs::{InstructionLegs, RungExport};
 use rungd_engine::isa::{Address, Bit, LegName, Mnemonic, Real, Word};
 use rungd_language::resolve::operand_list::WordPlace;
 use rungd_language::resolve::program::{Edge, Instruction, Value};
@@ -47,7 +47,7 @@ impl RungExport<'_, '_> {
     pub(super) fn instruction(
         &mut self,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let mnemonic = instruction.mnemonic;
         if BITS.contains(&mnemonic) {
@@ -70,7 +70,7 @@ impl RungExport<'_, '_> {
     fn bit_instruction(
         &mut self,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let bit: Bit = instruction.operands.required("bit");
         if bit.of_word().is_some() {
@@ -98,7 +98,11 @@ impl RungExport<'_, '_> {
     }
 
     /// MOVE, ADD and SUB.
-    fn stored(&mut self, instruction: &Instruction, legs: &LegPowers) -> Result<(), ExportRefusal> {
+    fn stored(
+        &mut self,
+        instruction: &Instruction,
+        legs: &InstructionLegs,
+    ) -> Result<(), ExportRefusal> {
         let span = instruction.span;
         let word = match instruction.operands.required("to") {
             WordPlace::Word(word) => word,

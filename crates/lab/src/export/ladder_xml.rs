@@ -10,7 +10,7 @@ use super::project::{
     BlockCall, CallResult, CallSource, CoilAction, ExportedNetwork, NetworkBody, NetworkCoil,
     NetworkPower,
 };
-use super::xml::paragraph;
+use super::xml_text::paragraph;
 use crate::draw::circuit::RungCircuit;
 use crate::draw::circuit::{Circuit, ContactForm, ContactSymbol, InstructionSymbol, Outlet};
 use crate::draw::grid::RungGrid;
@@ -21,7 +21,7 @@ const ROW: usize = 40;
 /// Where lines of power begin.
 const LEFT: usize = 40;
 /// The size of contacts and coils.
-const CONTACT: Extent = Extent { width: 21, height: 15 };
+const CONTACT: ElementSize = ElementSize { width: 21, height: 15 };
 /// The width of a block, and the height of a row of its pins.
 const BLOCK_WIDTH: usize = 120;
 const PIN: usize = 20;
@@ -32,14 +32,14 @@ const LETTER: usize = 8;
 
 /// The size of an element.
 #[derive(Clone, Copy)]
-struct Extent {
+struct ElementSize {
     width: usize,
     height: usize,
 }
 
 /// A place on the sheet.
 #[derive(Clone, Copy)]
-struct SheetPlace {
+struct NetworkPlace {
     x: usize,
     y: usize,
 }
@@ -49,7 +49,7 @@ struct SheetPlace {
 struct OutPoint {
     id: usize,
     pin: Option<&'static str>,
-    at: SheetPlace,
+    at: NetworkPlace,
 }
 
 /// The ladder of some networks.
@@ -121,14 +121,14 @@ impl Sheet {
             None => self.next_id(),
         };
         self.rail = Some(id);
-        OutPoint { id, pin: None, at: SheetPlace { x: LEFT + 3, y: self.top + 10 } }
+        OutPoint { id, pin: None, at: NetworkPlace { x: LEFT + 3, y: self.top + 10 } }
     }
 
     /// Coils behind contacts; the lower end.
     fn coils(&mut self, power: &NetworkPower, coils: &[NetworkCoil]) -> usize {
         let outlets = coils.iter().map(|coil| Outlet::Branch(circuit(&coil.power), vec![symbol()]));
         let grid = RungGrid::of(&RungCircuit::Plain(circuit(power), outlets.collect()));
-        let origin = SheetPlace { x: LEFT + GAP, y: self.top };
+        let origin = NetworkPlace { x: LEFT + GAP, y: self.top };
         let mut placed = PlacedContacts { grid: &grid, origin, next: 0 };
         let rail = vec![self.rail()];
         let shared = self.power(power, rail, &mut placed);
@@ -136,11 +136,11 @@ impl Sheet {
         let mut ends = Vec::new();
         for (coil, place) in coils.iter().zip(&grid.instructions) {
             let lines = self.power(&coil.power, shared.clone(), &mut placed);
-            let at = SheetPlace { x, y: origin.y + place.row * ROW };
+            let at = NetworkPlace { x, y: origin.y + place.row * ROW };
             ends.push(self.coil(&lines, coil, at));
         }
         let bottom = origin.y + grid.rows.max(1) * ROW;
-        self.right_rail(&ends, SheetPlace { x: x + COLUMN, y: self.top });
+        self.right_rail(&ends, NetworkPlace { x: x + COLUMN, y: self.top });
         bottom
     }
 
@@ -155,7 +155,7 @@ impl Sheet {
             NetworkPower::Contact { variable, is_negated } => {
                 let at = placed.next();
                 let id = self.next_id();
-                let lines = lines(&from, SheetPlace { x: at.x, y: at.y + 7 }, at);
+                let lines = lines(&from, NetworkPlace { x: at.x, y: at.y + 7 }, at);
                 let _ = writeln!(
                     self.text,
                     "<contact localId=\"{id}\" negated=\"{is_negated}\" height=\"{}\" \
@@ -166,7 +166,7 @@ impl Sheet {
                     position(at),
                     CONTACT.width
                 );
-                let at = SheetPlace { x: at.x + CONTACT.width, y: at.y + 7 };
+                let at = NetworkPlace { x: at.x + CONTACT.width, y: at.y + 7 };
                 vec![OutPoint { id, pin: None, at }]
             }
             NetworkPower::Series(parts) => {
@@ -180,14 +180,14 @@ impl Sheet {
         }
     }
 
-    fn coil(&mut self, from: &[OutPoint], coil: &NetworkCoil, at: SheetPlace) -> OutPoint {
+    fn coil(&mut self, from: &[OutPoint], coil: &NetworkCoil, at: NetworkPlace) -> OutPoint {
         let id = self.next_id();
         let storage = match coil.action {
             CoilAction::Assign => "",
             CoilAction::Set => " storage=\"set\"",
             CoilAction::Reset => " storage=\"reset\"",
         };
-        let lines = lines(from, SheetPlace { x: at.x, y: at.y + 7 }, at);
+        let lines = lines(from, NetworkPlace { x: at.x, y: at.y + 7 }, at);
         let _ = writeln!(
             self.text,
             "<coil localId=\"{id}\" negated=\"false\"{storage} height=\"{}\" width=\"{}\">{}\
@@ -199,18 +199,18 @@ impl Sheet {
             CONTACT.width,
             coil.variable
         );
-        let at = SheetPlace { x: at.x + CONTACT.width, y: at.y + 7 };
+        let at = NetworkPlace { x: at.x + CONTACT.width, y: at.y + 7 };
         OutPoint { id, pin: None, at }
     }
 
-    fn right_rail(&mut self, ends: &[OutPoint], at: SheetPlace) {
+    fn right_rail(&mut self, ends: &[OutPoint], at: NetworkPlace) {
         if ends.is_empty() {
             return;
         }
         let id = self.next_id();
         let lines = ends
             .iter()
-            .map(|end| lines(std::slice::from_ref(end), SheetPlace { x: at.x, y: end.at.y }, at));
+            .map(|end| lines(std::slice::from_ref(end), NetworkPlace { x: at.x, y: end.at.y }, at));
         let lines: String = lines.collect();
         let height = ends.last().map_or(0, |end| end.at.y - at.y) + PIN;
         let _ = writeln!(
@@ -223,7 +223,7 @@ impl Sheet {
 
     /// A call whose results are stored; the lower end.
     fn stored(&mut self, call: &BlockCall, results: &[CallResult]) -> usize {
-        let at = SheetPlace { x: LEFT + GAP, y: self.top };
+        let at = NetworkPlace { x: LEFT + GAP, y: self.top };
         let mut outputs: Vec<&'static str> = Vec::new();
         results.iter().for_each(|result| {
             if !outputs.contains(&result.pin) {
@@ -239,7 +239,7 @@ impl Sheet {
                 continue;
             };
             let from = std::slice::from_ref(from);
-            let at = SheetPlace { x, y: self.top + PIN + row * ROW };
+            let at = NetworkPlace { x, y: self.top + PIN + row * ROW };
             if result.is_coil {
                 let coil = NetworkCoil {
                     power: NetworkPower::Constant(true),
@@ -251,14 +251,14 @@ impl Sheet {
                 self.out_variable(from, &result.variable, at);
             }
         }
-        self.right_rail(&ends, SheetPlace { x: x + COLUMN, y: self.top });
+        self.right_rail(&ends, NetworkPlace { x: x + COLUMN, y: self.top });
         placed.bottom.max(self.top + PIN + results.len() * ROW)
     }
 
-    fn out_variable(&mut self, from: &[OutPoint], variable: &str, at: SheetPlace) {
+    fn out_variable(&mut self, from: &[OutPoint], variable: &str, at: NetworkPlace) {
         let id = self.next_id();
         let width = (variable.len() * LETTER).max(GAP);
-        let lines = lines(from, SheetPlace { x: at.x, y: at.y + 10 }, at);
+        let lines = lines(from, NetworkPlace { x: at.x, y: at.y + 10 }, at);
         let _ = writeln!(
             self.text,
             "<outVariable localId=\"{id}\" negated=\"false\" height=\"20\" width=\"{width}\">{}\
@@ -267,7 +267,7 @@ impl Sheet {
         );
     }
 
-    fn in_variable(&mut self, text: &str, at: SheetPlace) -> PlacedSource {
+    fn in_variable(&mut self, text: &str, at: NetworkPlace) -> PlacedSource {
         let id = self.next_id();
         let width = (text.len() * LETTER).max(GAP);
         let _ = writeln!(
@@ -277,13 +277,13 @@ impl Sheet {
              <expression>{text}</expression></inVariable>",
             position(at)
         );
-        let end = SheetPlace { x: at.x + width, y: at.y + 10 };
+        let end = NetworkPlace { x: at.x + width, y: at.y + 10 };
         let points = vec![OutPoint { id, pin: None, at: end }];
         PlacedSource { points, right: end.x, bottom: at.y + ROW }
     }
 
     /// What comes to an input.
-    fn source(&mut self, source: &CallSource, at: SheetPlace) -> PlacedSource {
+    fn source(&mut self, source: &CallSource, at: NetworkPlace) -> PlacedSource {
         match source {
             CallSource::Text(text) => self.in_variable(text, at),
             CallSource::Call(call) => self.call(call, &["OUT"], at),
@@ -300,18 +300,23 @@ impl Sheet {
     }
 
     /// A call with all that comes to its inputs.
-    fn call(&mut self, call: &BlockCall, outputs: &[&'static str], at: SheetPlace) -> PlacedSource {
+    fn call(
+        &mut self,
+        call: &BlockCall,
+        outputs: &[&'static str],
+        at: NetworkPlace,
+    ) -> PlacedSource {
         let (mut y, mut right, mut sources) = (at.y, at.x, Vec::new());
         for input in &call.inputs {
-            let placed = self.source(&input.source, SheetPlace { x: at.x, y });
+            let placed = self.source(&input.source, NetworkPlace { x: at.x, y });
             (y, right) = (placed.bottom, right.max(placed.right));
             sources.push(placed.points);
         }
-        let block = SheetPlace { x: right + GAP, y: at.y };
+        let block = NetworkPlace { x: right + GAP, y: at.y };
         let has_enable = call.inputs.iter().any(|input| input.pin == "EN");
         let all = has_enable.then_some("ENO").into_iter().chain(outputs.iter().copied());
         let all: Vec<&'static str> = all.collect();
-        let pin_place = |row: usize, x: usize| SheetPlace { x, y: block.y + PIN * (row + 1) };
+        let pin_place = |row: usize, x: usize| NetworkPlace { x, y: block.y + PIN * (row + 1) };
         let inputs = call.inputs.iter().zip(&sources).enumerate().map(|(row, (input, from))| {
             let lines = lines(from, pin_place(row, block.x), block);
             format!("<variable formalParameter=\"{}\">{lines}</variable>", input.pin)
@@ -349,26 +354,26 @@ impl Sheet {
 /// The contacts of a grid, in the order in which they are placed.
 struct PlacedContacts<'g> {
     grid: &'g RungGrid,
-    origin: SheetPlace,
+    origin: NetworkPlace,
     next: usize,
 }
 
 impl PlacedContacts<'_> {
     /// The place of the next contact.
-    fn next(&mut self) -> SheetPlace {
+    fn next(&mut self) -> NetworkPlace {
         let place = self.grid.contacts.get(self.next);
         let (column, row) = place.map_or((0, 0), |contact| (contact.column, contact.row));
         self.next += 1;
-        SheetPlace { x: self.origin.x + column * COLUMN, y: self.origin.y + row * ROW }
+        NetworkPlace { x: self.origin.x + column * COLUMN, y: self.origin.y + row * ROW }
     }
 }
 
-fn position(at: SheetPlace) -> String {
+fn position(at: NetworkPlace) -> String {
     format!("<position x=\"{}\" y=\"{}\"/>", at.x, at.y)
 }
 
 /// The lines from points to a point of an element that stands at a place.
-fn lines(from: &[OutPoint], to: SheetPlace, element: SheetPlace) -> String {
+fn lines(from: &[OutPoint], to: NetworkPlace, element: NetworkPlace) -> String {
     let mut text = format!(
         "<connectionPointIn><relPosition x=\"{}\" y=\"{}\"/>",
         to.x - element.x,
@@ -379,8 +384,8 @@ fn lines(from: &[OutPoint], to: SheetPlace, element: SheetPlace) -> String {
         let _ = write!(text, "<connection refLocalId=\"{}\"{pin}>{}", point.id, position(to));
         if point.at.y != to.y {
             let x = to.x.saturating_sub(10);
-            text += &position(SheetPlace { x, y: to.y });
-            text += &position(SheetPlace { x, y: point.at.y });
+            text += &position(NetworkPlace { x, y: to.y });
+            text += &position(NetworkPlace { x, y: point.at.y });
         }
         text += &position(point.at);
         text += "</connection>";

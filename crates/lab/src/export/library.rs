@@ -8,10 +8,7 @@ mod clock;
 mod counters;
 mod timers;
 
-use super::project::{
-    BlockCall, CallInput, CallResult, CallSource, CoilAction, ExportedNetwork, ExportedUnit,
-    ExportedVariable, NetworkBody, NetworkCoil, NetworkPower, VariableRole,
-};
+use super::project::{ExportedUnit, VariableRole};
 use rungd_base::variants::all_variants;
 use rungd_engine::isa::Mnemonic;
 
@@ -84,15 +81,15 @@ impl LibraryBlock {
     /// Its definition.
     pub(super) fn unit(self) -> ExportedUnit {
         match self {
-            LibraryBlock::Clock => clock::unit(),
-            LibraryBlock::Tmr => timers::up(),
-            LibraryBlock::Offdtmr => timers::off_delay(),
-            LibraryBlock::Tmrdown => timers::down(),
-            LibraryBlock::Tmra => timers::accumulating_up(),
-            LibraryBlock::Tmradown => timers::accumulating_down(),
-            LibraryBlock::Cnt => counters::up(),
-            LibraryBlock::Cntdn => counters::down(),
-            LibraryBlock::Udc => counters::up_down(),
+            LibraryBlock::Clock => clock::unit(self.name()),
+            LibraryBlock::Tmr => timers::up(self.name()),
+            LibraryBlock::Offdtmr => timers::off_delay(self.name()),
+            LibraryBlock::Tmrdown => timers::down(self.name()),
+            LibraryBlock::Tmra => timers::accumulating_up(self.name()),
+            LibraryBlock::Tmradown => timers::accumulating_down(self.name()),
+            LibraryBlock::Cnt => counters::up(self.name()),
+            LibraryBlock::Cntdn => counters::down(self.name()),
+            LibraryBlock::Udc => counters::up_down(self.name()),
         }
     }
 
@@ -109,92 +106,5 @@ impl LibraryBlock {
     fn declares(self, name: &str, usage: VariableRole) -> bool {
         let variables = self.unit().variables;
         variables.iter().any(|variable| variable.usage == usage && variable.name == name)
-    }
-}
-
-/// A function block that is being written.
-struct BlockBody(ExportedUnit);
-
-impl BlockBody {
-    fn new(block: LibraryBlock, doc: &str) -> BlockBody {
-        BlockBody(ExportedUnit {
-            name: block.name().to_owned(),
-            doc: doc.to_owned(),
-            ..ExportedUnit::default()
-        })
-    }
-
-    fn declare(mut self, usage: VariableRole, type_name: &str, names: &[&str]) -> BlockBody {
-        for name in names {
-            self.0.variables.push(ExportedVariable {
-                name: (*name).to_owned(),
-                type_name: type_name.to_owned(),
-                usage,
-                address: None,
-                initial: None,
-                doc: String::new(),
-            });
-        }
-        self
-    }
-
-    fn inputs(self, type_name: &str, names: &[&str]) -> BlockBody {
-        self.declare(VariableRole::Input, type_name, names)
-    }
-
-    fn outputs(self, type_name: &str, names: &[&str]) -> BlockBody {
-        self.declare(VariableRole::Output, type_name, names)
-    }
-
-    fn locals(self, type_name: &str, names: &[&str]) -> BlockBody {
-        self.declare(VariableRole::Local, type_name, names)
-    }
-
-    fn network(mut self, body: NetworkBody) -> BlockBody {
-        self.0.networks.push(ExportedNetwork { doc: String::new(), body });
-        self
-    }
-
-    /// A coil behind contacts.
-    fn coil(self, variable: &str, power: NetworkPower) -> BlockBody {
-        let coil = NetworkCoil {
-            power: NetworkPower::Constant(true),
-            variable: variable.to_owned(),
-            action: CoilAction::Assign,
-        };
-        self.network(NetworkBody::Coils { power, coils: vec![coil] })
-    }
-
-    /// A compare whose result is a coil.
-    fn compare(self, variable: &str, name: &str, sides: [CallSource; 2]) -> BlockBody {
-        let [left, right] = sides;
-        let call = super::functions::call_of_two(name, left, right);
-        let variable = variable.to_owned();
-        let results = vec![CallResult { pin: "OUT", variable, is_coil: true }];
-        self.network(NetworkBody::Call { call, results })
-    }
-
-    /// A value that is stored.
-    fn store(self, variable: &str, value: CallSource) -> BlockBody {
-        let call = match value {
-            CallSource::Call(call) => call,
-            source @ (CallSource::Power(_) | CallSource::Text(_)) => {
-                BlockCall::function("MOVE", vec![CallInput { pin: "IN", source }])
-            }
-        };
-        let variable = variable.to_owned();
-        let results = vec![CallResult { pin: "OUT", variable, is_coil: false }];
-        self.network(NetworkBody::Call { call, results })
-    }
-
-    /// A value that is stored while a bit is ON.
-    fn store_while(self, enable: &str, variable: &str, value: CallSource) -> BlockBody {
-        let power = CallSource::Power(super::project::on(enable));
-        let inputs =
-            vec![CallInput { pin: "EN", source: power }, CallInput { pin: "IN", source: value }];
-        let call = BlockCall::function("MOVE", inputs);
-        let variable = variable.to_owned();
-        let results = vec![CallResult { pin: "OUT", variable, is_coil: false }];
-        self.network(NetworkBody::Call { call, results })
     }
 }

@@ -7,7 +7,6 @@
 
 use std::collections::HashMap;
 
-use super::VariableOfAddress;
 use super::library::LibraryBlock;
 use super::names::IecNames;
 use super::project::{ExportedVariable, VariableRole};
@@ -38,6 +37,15 @@ pub struct OutsideValue {
     pub variable: String,
     /// Its name in the ladder: `$Hour`, `plant.Ok`.
     pub source: String,
+}
+
+/// The variable of a bit or word.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct VariableOfAddress {
+    /// The bit or word.
+    pub address: Address,
+    /// The variable.
+    pub variable: String,
 }
 
 impl<'p> ExportMemory<'p> {

@@ -6,6 +6,7 @@
 //! file. What has no form that does the same in every scan is refused by name; nothing is dropped.
 //! What is exported, and what differs, stands in `docs/export.md`.
 
+mod block_body;
 mod contacts;
 mod functions;
 mod instructions;
@@ -18,12 +19,13 @@ mod project;
 mod refusal;
 mod rungs;
 mod xml;
+mod xml_text;
 
 use std::collections::{HashMap, HashSet};
 
 use library::LibraryBlock;
 use memory::ExportMemory;
-pub use memory::OutsideValue;
+pub use memory::{OutsideValue, VariableOfAddress};
 use project::{
     BlockCall, CallResult, CoilAction, ExportedNetwork, ExportedProject, ExportedUnit, NetworkBody,
     NetworkCoil, NetworkPower,
@@ -46,15 +48,6 @@ pub struct ExportedLadder {
     pub outside: Vec<OutsideValue>,
     /// The bits and words of the ladder, and their variables; in order of first use.
     pub variables: Vec<VariableOfAddress>,
-}
-
-/// The variable of a bit or word.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct VariableOfAddress {
-    /// The bit or word.
-    pub address: Address,
-    /// The variable.
-    pub variable: String,
 }
 
 /// Exports an error-free program, whose scans are to begin this many ms apart.

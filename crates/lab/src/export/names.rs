@@ -7,15 +7,17 @@ use std::collections::HashSet;
 const LENGTH_MAX: usize = 100;
 
 /// The words of the standard that are no names, and its functions and blocks.
-const WORDS: &str = " abs action acos add and any array asin at atan atan2 bit bool by byte case \
-    concat configuration constant continue cos ctd ctu ctud date date_and_time delete derived dint \
-    div do dt dword else elsif end en end_if eno eq exit exp expt f_edge f_trig false find for from \
-    function function_block ge gt if inf initial_step insert int interval jmp lbl le left len limit \
-    lint ln log lreal lt lword max mid min mod move mul mux ne nil non_retain not of on or pointer \
-    priority program r_edge r_trig read_only read_write real ref repeat replace resource ret retain \
-    return right rol ror rs rtc sel sema shl shr sin single sint sqrt sr step string struct sub \
-    super tan task then this time time_of_day to tod tof ton tp trunc transition true type udint \
-    uint ulint until usint var via while with word wstring xor ";
+const WORDS: &str = " \
+    abs action acos add and any array asin at atan atan2 bit bool by byte case concat \
+    configuration constant continue cos ctd ctu ctud date date_and_time delete derived \
+    dint div do dt dword else elsif end en end_if eno eq exit exp expt f_edge f_trig false \
+    find for from function function_block ge gt if inf initial_step insert int interval \
+    jmp lbl le left len limit lint ln log lreal lt lword max mid min mod move mul mux ne \
+    nil non_retain not of on or pointer priority program r_edge r_trig read_only \
+    read_write real ref repeat replace resource ret retain return right rol ror rs rtc sel \
+    sema shl shr sin single sint sqrt sr step string struct sub super tan task then this \
+    time time_of_day to tod tof ton tp trunc transition true type udint uint ulint until \
+    usint var via while with word wstring xor ";
 
 /// The names of a project.
 #[derive(Clone, Debug, Default)]

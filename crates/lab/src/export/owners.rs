@@ -8,7 +8,7 @@ use super::functions::{self, number};
 use super::library::LibraryBlock;
 use super::project::{BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkPower, on};
 use super::refusal::ExportRefusal;
-use super::rungs::{LegPowers, RungExport};
+use super::rungs::{InstructionLegs, RungExport};
 use rungd_engine::isa::{Address, Bit, Flag, LegName, Mnemonic, Structure, Word};
 use rungd_language::resolve::program::{Instruction, Value};
 
@@ -35,7 +35,7 @@ impl RungExport<'_, '_> {
         &mut self,
         block: LibraryBlock,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let owned = instruction.first_operand::<Structure>();
         let Some(structure) = owned.map(|located| located.value) else { return Ok(()) };
@@ -50,7 +50,7 @@ impl RungExport<'_, '_> {
         &mut self,
         owned: &OwnedStructure,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let block = owned.block;
         let preset = instruction.operands.required::<Value>("preset");
@@ -82,7 +82,7 @@ impl RungExport<'_, '_> {
         &mut self,
         mut owned: OwnedStructure,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let block = owned.block;
         let leg = |name| CallSource::Power(legs.of(name));
@@ -161,7 +161,7 @@ impl RungExport<'_, '_> {
     pub(super) fn reset(
         &mut self,
         instruction: &Instruction,
-        legs: &LegPowers,
+        legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let structure = instruction.first_operand::<Structure>();
         let Some(structure) = structure.map(|located| located.value) else { return Ok(()) };

@@ -26,8 +26,9 @@ pub(super) const BLOCKS: &str =
 pub(super) const STAGES: &str =
     "write each Stage as a bit that is SET and RST, and as a contact of its rungs";
 /// The remedy for STOP.
-pub(super) const STOP: &str = "leave it out of what is exported: let a bit turn the outputs off, or stop the other \
-     controller by its own mode switch";
+pub(super) const STOP: &str = "\
+    leave it out of what is exported: let a bit turn the outputs off, or stop the other \
+    controller by its own switch";
 /// The remedy for status bits.
 pub(super) const STATUS: &str =
     "no other controller has it: leave it out, or write what it tells by rungs";

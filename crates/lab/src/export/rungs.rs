@@ -50,7 +50,7 @@ pub(super) struct RungExport<'e, 'p> {
 }
 
 /// The power of an instruction's legs.
-pub(super) struct LegPowers(Vec<LegPower>);
+pub(super) struct InstructionLegs(Vec<LegPower>);
 
 /// The power of a leg.
 struct LegPower {
@@ -58,7 +58,7 @@ struct LegPower {
     power: NetworkPower,
 }
 
-impl LegPowers {
+impl InstructionLegs {
     /// The power of a leg; an open end, if the instruction has no such leg.
     pub(super) fn of(&self, name: LegName) -> NetworkPower {
         let found = self.0.iter().find(|leg| leg.name == name);
@@ -66,9 +66,9 @@ impl LegPowers {
     }
 
     /// The power of a rung with one leg.
-    fn of_rung() -> LegPowers {
+    fn of_rung() -> InstructionLegs {
         let power = NetworkPower::OfRung { is_negated: false };
-        LegPowers(vec![LegPower { name: LegName::When, power }])
+        InstructionLegs(vec![LegPower { name: LegName::When, power }])
     }
 }
 
@@ -106,7 +106,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
             let power = self.series(&leg.contacts)?;
             legs.push(LegPower { name: leg.name, power });
         }
-        let legs = LegPowers(legs);
+        let legs = InstructionLegs(legs);
         for instruction in &rung.body {
             self.instruction(instruction, &legs)?;
         }
@@ -140,7 +140,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
     }
 
     fn instructions(&mut self, body: &[Instruction]) -> Result<(), ExportRefusal> {
-        let power = LegPowers::of_rung();
+        let power = InstructionLegs::of_rung();
         body.iter().try_for_each(|instruction| self.instruction(instruction, &power))
     }
 

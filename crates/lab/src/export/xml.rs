@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 
 use super::ladder_xml;
 use super::project::{ExportedProject, ExportedUnit, ExportedVariable, VariableRole};
+use super::xml_text::{escaped, paragraph};
 
 /// The namespace of TC6 2.01.
 const NAMESPACE: &str = "http://www.plcopen.org/xml/tc6_0201";
@@ -89,25 +90,4 @@ fn documentation(doc: &str) -> String {
         true => String::new(),
         false => format!("<documentation>{}</documentation>\n", paragraph(doc)),
     }
-}
-
-/// A paragraph of text.
-pub(super) fn paragraph(text: &str) -> String {
-    format!("<xhtml:p>{}</xhtml:p>", escaped(text))
-}
-
-/// A text without signs that mean something in XML.
-fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            letter if letter.is_control() => escaped.push(' '),
-            letter => escaped.push(letter),
-        }
-    }
-    escaped
 }

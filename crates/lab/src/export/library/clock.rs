@@ -6,7 +6,7 @@
 //! of which runs for ten minutes and then starts the other one: neither its ET nor its sum grows
 //! without end.
 
-use super::{BlockBody, LibraryBlock};
+use crate::export::block_body::BlockBody;
 use crate::export::functions::{number, of_two, select, text};
 use crate::export::project::{
     BlockCall, CallInput, CallResult, CallSource, ExportedUnit, NetworkBody, NetworkPower, off, on,
@@ -16,8 +16,8 @@ use crate::export::project::{
 const POWERS: std::ops::RangeInclusive<u32> = 0..=21;
 
 /// The clock: `Elapsed` is the time since its last execution.
-pub(super) fn unit() -> ExportedUnit {
-    let mut body = BlockBody::new(LibraryBlock::Clock, "Whole ms since the last scan")
+pub(super) fn unit(name: &str) -> ExportedUnit {
+    let mut body = BlockBody::new(name, "Whole ms since the last scan")
         .outputs("DINT", &["Elapsed"])
         .locals("TON", &["one", "other"])
         .locals("TIME", &["one_time", "other_time", "now", "before", "passed"])

@@ -1,12 +1,12 @@
 //! The counters: semantics, section 2.
 
-use super::{BlockBody, LibraryBlock};
+use crate::export::block_body::BlockBody;
 use crate::export::functions::{difference, number, select, sum, text};
 use crate::export::project::{ExportedUnit, NetworkPower, off, on};
 
 /// A counter with these legs and presets.
-fn counter(block: LibraryBlock, doc: &str, legs: &[&str], presets: &[&str]) -> BlockBody {
-    BlockBody::new(block, doc)
+fn counter(name: &str, doc: &str, legs: &[&str], presets: &[&str]) -> BlockBody {
+    BlockBody::new(name, doc)
         .inputs("BOOL", legs)
         .inputs("DINT", presets)
         .inputs("BOOL", &["Pending"])
@@ -28,8 +28,8 @@ fn flags(body: BlockBody) -> ExportedUnit {
 }
 
 /// CNT.
-pub(super) fn up() -> ExportedUnit {
-    let body = counter(LibraryBlock::Cnt, "CNT of rungd", &["Up", "Rst"], &["Preset"])
+pub(super) fn up(name: &str) -> ExportedUnit {
+    let body = counter(name, "CNT of rungd", &["Up", "Rst"], &["Preset"])
         .locals("BOOL", &["counts", "was_up"]);
     let body = edge(body, "counts", ["Up", "was_up"]).store(
         "NewAcc",
@@ -43,8 +43,8 @@ pub(super) fn up() -> ExportedUnit {
 }
 
 /// CNTDN.
-pub(super) fn down() -> ExportedUnit {
-    let body = counter(LibraryBlock::Cntdn, "CNTDN of rungd", &["Dn", "Rst"], &["Preset"])
+pub(super) fn down(name: &str) -> ExportedUnit {
+    let body = counter(name, "CNTDN of rungd", &["Dn", "Rst"], &["Preset"])
         .locals("BOOL", &["counts", "was_dn", "takes", "loads", "loaded"])
         .locals("DINT", &["base"]);
     let body = edge(body, "counts", ["Dn", "was_dn"])
@@ -57,10 +57,10 @@ pub(super) fn down() -> ExportedUnit {
 }
 
 /// UDC and UDCG.
-pub(super) fn up_down() -> ExportedUnit {
+pub(super) fn up_down(name: &str) -> ExportedUnit {
     let presets = ["UpPreset", "DnPreset"];
     let legs = ["Up", "Dn", "Rst"];
-    let body = counter(LibraryBlock::Udc, "UDC and UDCG of rungd", &legs, &presets)
+    let body = counter(name, "UDC and UDCG of rungd", &legs, &presets)
         .outputs("BOOL", &["DnDone"])
         .locals("BOOL", &["rises", "falls", "was_up", "was_dn", "adds", "takes"])
         .locals("DINT", &["added"]);

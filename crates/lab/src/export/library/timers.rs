@@ -1,12 +1,12 @@
 //! The timers: semantics, section 3.
 
-use super::{BlockBody, LibraryBlock};
+use crate::export::block_body::BlockBody;
 use crate::export::functions::{at_least_zero, number, select, text, time_added, time_taken};
 use crate::export::project::{ExportedUnit, NetworkPower, off, on};
 
 /// A timer with one leg, or with a reset leg too.
-fn timer(block: LibraryBlock, doc: &str, legs: &[&str]) -> BlockBody {
-    BlockBody::new(block, doc)
+fn timer(name: &str, doc: &str, legs: &[&str]) -> BlockBody {
+    BlockBody::new(name, doc)
         .inputs("BOOL", legs)
         .inputs("DINT", &["Preset", "Elapsed"])
         .inputs("BOOL", &["Pending"])
@@ -27,8 +27,8 @@ fn flags(body: BlockBody, done: [&str; 2]) -> BlockBody {
 }
 
 /// TMR and ONDTMR.
-pub(super) fn up() -> ExportedUnit {
-    let body = timer(LibraryBlock::Tmr, "TMR and ONDTMR of rungd", &["Leg"])
+pub(super) fn up(name: &str) -> ExportedUnit {
+    let body = timer(name, "TMR and ONDTMR of rungd", &["Leg"])
         .locals("BOOL", &["live", "adds", "was_live", "reached"])
         .coil("live", NetworkPower::all([on("Leg"), off("Pending")]))
         .coil("adds", NetworkPower::all([on("live"), on("was_live")]))
@@ -42,8 +42,8 @@ pub(super) fn up() -> ExportedUnit {
 }
 
 /// TMRDOWN.
-pub(super) fn down() -> ExportedUnit {
-    let body = timer(LibraryBlock::Tmrdown, "TMRDOWN of rungd", &["Leg"])
+pub(super) fn down(name: &str) -> ExportedUnit {
+    let body = timer(name, "TMRDOWN of rungd", &["Leg"])
         .locals("BOOL", &["live", "takes", "was_live", "reached"])
         .coil("live", NetworkPower::all([on("Leg"), off("Pending")]))
         .coil("takes", NetworkPower::all([on("live"), on("was_live")]))
@@ -64,9 +64,9 @@ pub(super) fn down() -> ExportedUnit {
 }
 
 /// OFFDTMR.
-pub(super) fn off_delay() -> ExportedUnit {
+pub(super) fn off_delay(name: &str) -> ExportedUnit {
     let either = |one, other| NetworkPower::any([on(one), on(other)]);
-    timer(LibraryBlock::Offdtmr, "OFFDTMR of rungd", &["Leg"])
+    timer(name, "OFFDTMR of rungd", &["Leg"])
         .outputs("BOOL", &["Output"])
         .locals("BOOL", &["live", "counts", "loads", "keeps", "was_on", "was_timing", "positive"])
         .coil("live", NetworkPower::all([off("Leg"), off("Pending")]))
@@ -97,8 +97,8 @@ pub(super) fn off_delay() -> ExportedUnit {
 }
 
 /// What TMRA and TMRADOWN have in common: when they are reset, when they time, when time counts.
-fn accumulating(block: LibraryBlock, doc: &str) -> BlockBody {
-    timer(block, doc, &["Leg", "Rst"])
+fn accumulating(name: &str, doc: &str) -> BlockBody {
+    timer(name, doc, &["Leg", "Rst"])
         .locals("BOOL", &["resets", "times", "counts", "was_timing", "reached"])
         .coil("resets", NetworkPower::any([on("Rst"), on("Pending")]))
         .coil("times", NetworkPower::all([on("Leg"), off("resets")]))
@@ -107,8 +107,8 @@ fn accumulating(block: LibraryBlock, doc: &str) -> BlockBody {
 }
 
 /// TMRA and TMRAG.
-pub(super) fn accumulating_up() -> ExportedUnit {
-    let body = accumulating(LibraryBlock::Tmra, "TMRA and TMRAG of rungd").store(
+pub(super) fn accumulating_up(name: &str) -> ExportedUnit {
+    let body = accumulating(name, "TMRA and TMRAG of rungd").store(
         "NewAcc",
         select(
             on("resets"),
@@ -124,8 +124,8 @@ pub(super) fn accumulating_up() -> ExportedUnit {
 }
 
 /// TMRADOWN.
-pub(super) fn accumulating_down() -> ExportedUnit {
-    let body = accumulating(LibraryBlock::Tmradown, "TMRADOWN of rungd")
+pub(super) fn accumulating_down(name: &str) -> ExportedUnit {
+    let body = accumulating(name, "TMRADOWN of rungd")
         .locals("BOOL", &["loads", "loaded"])
         .locals("DINT", &["base"])
         .coil("loads", NetworkPower::any([on("resets"), off("loaded")]))
