@@ -13,7 +13,7 @@ use anyhow::Result;
 
 use super::exit::CommandLine;
 #[cfg(feature = "import")]
-pub use project::read;
+pub use project::read_named;
 use rungd_config::load::Loaded;
 
 /// How much of a file tells whether it is a foreign one, in bytes.
@@ -101,14 +101,14 @@ mod project {
     use rungd_config::load::{self, Loaded, OpenTexts, identity, read_bytes};
     use rungd_import::model::ForeignProject;
     use rungd_import::write::{CONTROLLER, draw_stubs, files};
-    use rungd_import::{click, l5x, plcopen};
+    use rungd_import::{click, domore, l5x, plcopen};
 
     /// Largest file that is read, in bytes.
     const BYTES_MAX: u64 = 256 * 1024 * 1024;
 
     /// The program of a project, from memory.
     pub(super) fn loaded(path: &Path, stubs: Stubs) -> Result<Loaded> {
-        let mut project = read(path)?;
+        let mut project = read_named(path, None)?;
         if stubs == Stubs::Drawn {
             draw_stubs(&mut project);
         }
@@ -117,11 +117,38 @@ mod project {
         load::controller_among(&path.join(CONTROLLER), &OpenTexts::new(texts))
     }
 
-    /// The project of a foreign file.
+    /// The project of a foreign file; the tags of a CLICK ladder get the names of a nickname file.
     ///
     /// # Errors
-    /// The file cannot be read, or is of no known form.
-    pub fn read(path: &Path) -> Result<ForeignProject> {
+    /// A file cannot be read, or is of no known form.
+    pub fn read_named(path: &Path, nicknames: Option<&Path>) -> Result<ForeignProject> {
+        let name = || one_line(&path.display().to_string()).into_owned();
+        let text = text(path)?;
+        let is_click = begin(text.as_bytes()).starts_with(CLICK);
+        if nicknames.is_some() && !is_click {
+            let message = format!("{}: nicknames belong to a CLICK ladder in CSV", name());
+            return Err(CommandLine(message).into());
+        }
+        let project = match nicknames {
+            Some(nicknames) => click::read_named(&text, &self::text(nicknames)?),
+            None if is_click => click::read(&text),
+            None if l5x::is_l5x(&text) => l5x::read(&text),
+            None if plcopen::is_plcopen(&text) => plcopen::read(&text),
+            None if domore::is_documentation(&text) => domore::read(&text),
+            None => {
+                let message = format!(
+                    "{}: no L5X, no PLCopen XML, no CLICK ladder in CSV and no Do-more element \
+                     documentation",
+                    name()
+                );
+                return Err(CommandLine(message).into());
+            }
+        };
+        project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+    }
+
+    /// The text of a file.
+    fn text(path: &Path) -> Result<String> {
         let name = || one_line(&path.display().to_string()).into_owned();
         let about = fs::metadata(path).with_context(name)?;
         if about.len() > BYTES_MAX {
@@ -129,17 +156,6 @@ mod project {
             return Err(CommandLine(format!("{}: {mb} MB; at most 256 MB are read", name())).into());
         }
         let bytes = read_bytes(path).with_context(name)?;
-        let text = String::from_utf8_lossy(&bytes);
-        let project = if l5x::is_l5x(&text) {
-            l5x::read(&text)
-        } else if plcopen::is_plcopen(&text) {
-            plcopen::read(&text)
-        } else if begin(&bytes).starts_with(CLICK) {
-            click::read(&text)
-        } else {
-            let message = format!("{}: no L5X, no PLCopen XML and no CLICK ladder in CSV", name());
-            return Err(CommandLine(message).into());
-        };
-        project.map_err(|why| anyhow::anyhow!("{}: {why}", name()))
+        Ok(String::from_utf8_lossy(&bytes).into_owned())
     }
 }

@@ -21,7 +21,7 @@ use rungd_import::write::{CONTROLLER, REPORT, files, pinned_names};
 use rungd_lab::testing::{Pin, pinned};
 use rungd_language::source::render::render;
 
-/// Writes a project of another controller's program: Rockwell L5X, PLCopen XML, CLICK
+/// Writes a project of another controller's program: Rockwell L5X, PLCopen XML, CLICK, Do-more
 ///
 /// The directory gets a controller file, ladder files and a report, which says what became of every
 /// rung. The exit code is 0 only if nothing is left open; else it is 1, and `rungd check` names
@@ -29,12 +29,15 @@ use rungd_language::source::render::render;
 #[derive(Args, Debug)]
 pub struct ImportArgs {
     /// Exports of Studio 5000 (.L5X), projects of OpenPLC, Beremiz or CODESYS (.xml), ladders of a
-    /// CLICK (.csv)
+    /// CLICK (.csv), element documentation of a Do-more (.csv)
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// A directory that is empty or does not exist yet
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
+    /// Name the tags of a CLICK ladder as this nickname file (.csv) of its software does
+    #[arg(long, value_name = "FILE")]
+    nicknames: Option<PathBuf>,
     /// Also write a test file, with what the program does in this many scans of random inputs
     #[arg(long, value_name = "SCANS", value_parser = clap::value_parser!(u64).range(1..=SCANS_MAX))]
     pin: Option<u64>,
@@ -78,7 +81,7 @@ pub fn import(args: &ImportArgs) -> Result<Exit> {
 
 /// Imports a file into a directory.
 fn one(args: &ImportArgs, file: &Path, output: &Path) -> Result<Exit> {
-    let project = foreign::read(file)?;
+    let project = foreign::read_named(file, args.nicknames.as_deref())?;
     refuse_what_is_there(output)?;
     let mut made = MadePaths::default();
     for file in files(&project) {
@@ -91,10 +94,14 @@ fn one(args: &ImportArgs, file: &Path, output: &Path) -> Result<Exit> {
     }
     let counts = project.outcome.counts();
     let all = project.outcome.rungs.len();
-    print(&format!(
-        "\n{all} rungs: {} kept exactly, {} with a named difference, {} not translated\n",
-        counts.exact, counts.different, counts.todo
-    ))?;
+    let tags = project.files.iter().map(|file| file.tags.len()).sum::<usize>();
+    print(&match all {
+        0 => format!("\n{tags} tags\n"),
+        _ => format!(
+            "\n{all} rungs: {} kept exactly, {} with a named difference, {} not translated\n",
+            counts.exact, counts.different, counts.todo
+        ),
+    })?;
     if let Some(scans) = args.pin
         && counts.todo == 0
     {

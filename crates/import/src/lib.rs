@@ -8,6 +8,8 @@
 
 pub mod click;
 pub mod condition;
+mod csv;
+pub mod domore;
 pub mod l5x;
 pub mod model;
 pub mod names;

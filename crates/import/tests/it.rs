@@ -4,6 +4,7 @@
 
 mod click;
 mod damage;
+mod domore;
 mod export;
 
 mod l5x;

@@ -1,6 +1,7 @@
 //! Coils, copies and sums of CLICK.
 
-use super::operand::{ClickType, bank_and_number};
+use super::address::bank_and_number;
+use super::operand::ClickType;
 use super::work::{ClickCall, RungWork};
 use crate::condition::RungCondition;
 

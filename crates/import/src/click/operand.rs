@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use super::address::bank_and_number;
+use super::nicknames::ClickNicknames;
 use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::{ProjectTag, Renamed};
 use crate::names::GivenNames;
@@ -49,11 +51,60 @@ pub(super) struct ClickOperand {
 #[derive(Debug, Default)]
 pub(super) struct ClickMemory {
     pub(super) names: GivenNames,
+    nicknames: ClickNicknames,
     tags: BTreeMap<(usize, u32), ProjectTag>,
+    /// The tags whose addresses are retentive.
+    pub(super) retentive: Vec<String>,
+    /// Whether a tag has an initial value.
+    pub(super) has_initial: bool,
+    /// How many addresses have their nicknames.
+    pub(super) named: usize,
     pub(super) own: Vec<ProjectTag>,
 }
 
 impl ClickMemory {
+    pub(super) fn with(nicknames: ClickNicknames) -> ClickMemory {
+        ClickMemory { nicknames, ..ClickMemory::default() }
+    }
+
+    /// How many nicknames belong to addresses that the ladder does not name.
+    pub(super) fn unused(&self) -> usize {
+        self.nicknames.count() - self.named
+    }
+
+    /// The tag of an address that the ladder names for the first time.
+    fn declared(&mut self, bank: &Bank, number: u32) -> ProjectTag {
+        let Bank { name, kind, .. } = bank;
+        let known = self.nicknames.of(name, number).cloned().unwrap_or_default();
+        let address = format!("{name}{number}");
+        let wish = match known.nickname.is_empty() {
+            true => format!("{}_{number}", name.to_lowercase()),
+            false => known.nickname.clone(),
+        };
+        let tag = self.names.fresh(&wish);
+        self.named += usize::from(!known.nickname.is_empty());
+        if known.is_retentive && !known.nickname.is_empty() {
+            self.retentive.push(tag.clone());
+        }
+        let initial = known.initial.parse::<i32>().ok().filter(|value| *value != 0);
+        self.has_initial |= initial.is_some();
+        let initial = initial.map(|value| match kind {
+            ClickType::Bit => "true".to_owned(),
+            ClickType::Short | ClickType::Long => value.to_string(),
+        });
+        ProjectTag {
+            name: tag,
+            kind: if *kind == ClickType::Bit { "bit" } else { "int" }.to_owned(),
+            at: matches!(*name, "X" | "Y" | "C").then(|| address.clone()),
+            initial,
+            doc: match known.comment.is_empty() {
+                true => address,
+                false => format!("{address}: {}", known.comment),
+            },
+            ..ProjectTag::default()
+        }
+    }
+
     /// All tags, by their addresses.
     pub(super) fn all(self) -> Vec<ProjectTag> {
         self.own.into_iter().chain(self.tags.into_values()).collect()
@@ -91,23 +142,17 @@ impl ClickMemory {
         let (name, number) = bank_and_number(text)?;
         let bank = BANKS.iter().position(|bank| bank.name == name);
         let bank = bank.ok_or_else(|| format!("the operand `{text}`"))?;
-        let Bank { name, kind, last } = BANKS[bank];
-        if !(1..=last).contains(&number) {
+        let all = &BANKS[bank];
+        if !(1..=all.last).contains(&number) {
             return Err(format!("the address `{text}`, which no CLICK has"));
         }
-        let names = &mut self.names;
-        let tag = self.tags.entry((bank, number)).or_insert_with(|| {
-            let at = matches!(name, "X" | "Y" | "C").then(|| format!("{name}{number}"));
-            ProjectTag {
-                name: names.fresh(&format!("{}_{number}", name.to_lowercase())),
-                kind: if kind == ClickType::Bit { "bit" } else { "int" }.to_owned(),
-                at,
-                doc: format!("{name}{number}"),
-                ..ProjectTag::default()
-            }
-        });
-        let place = Some(TouchedPlace::of(&tag.name));
-        Ok(ClickOperand { text: tag.name.clone(), kind, place })
+        if !self.tags.contains_key(&(bank, number)) {
+            let tag = self.declared(all, number);
+            self.tags.insert((bank, number), tag);
+        }
+        let name = self.tags[&(bank, number)].name.clone();
+        let place = Some(TouchedPlace::of(&name));
+        Ok(ClickOperand { text: name, kind: all.kind, place })
     }
 
     /// A number: an address or a constant.
@@ -175,15 +220,4 @@ impl ClickMemory {
         }
         self.bit(text)
     }
-}
-
-/// The name of the bank and the number of an address.
-///
-/// # Errors
-/// It has no number.
-pub(super) fn bank_and_number(text: &str) -> Result<(&str, u32), String> {
-    let digits = text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len());
-    let (bank, number) = text.split_at(digits);
-    let number = number.parse().map_err(|_| format!("the operand `{text}`"))?;
-    Ok((bank, number))
 }

@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::grid::{ClickGrid, contact_text};
+use super::nicknames::ClickNicknames;
 use super::operand::ClickMemory;
 use super::sheet::SheetRung;
 use super::timers::SCAN_MS;
@@ -20,8 +21,8 @@ const HABITS: [&str; 5] =
 const PERIOD_MS: u32 = 10;
 
 /// The project of a file.
-pub(super) fn project(sheet: &[SheetRung]) -> ForeignProject {
-    let mut memory = ClickMemory::default();
+pub(super) fn project(sheet: &[SheetRung], nicknames: ClickNicknames) -> ForeignProject {
+    let mut memory = ClickMemory::with(nicknames);
     let mut outcome = Outcome {
         differences: vec![
             format!("A CLICK scans as fast as it can; here every {PERIOD_MS} ms."),
@@ -70,6 +71,7 @@ pub(super) fn project(sheet: &[SheetRung]) -> ForeignProject {
         }
     }
     outcome.renamed = memory.renamed();
+    named(&memory, &mut outcome);
     ladder.tags.extend(memory.all());
     ladder.blocks.push(ProjectBlock {
         kind: ProjectBlockKind::Program,
@@ -85,6 +87,30 @@ pub(super) fn project(sheet: &[SheetRung]) -> ForeignProject {
         files: vec![ladder],
         outcome,
         ..ForeignProject::default()
+    }
+}
+
+/// Says what the nickname file has that the project has not.
+fn named(memory: &ClickMemory, outcome: &mut Outcome) {
+    if memory.unused() > 0 {
+        let count = memory.unused();
+        outcome
+            .left_out
+            .push(format!("{count} nicknames of addresses that the ladder never names"));
+    }
+    if memory.has_initial {
+        outcome.differences.push(
+            "Initial values are those of a cold start; a CLICK sets those of addresses that are \
+             not retentive at each start of the program."
+                .to_owned(),
+        );
+    }
+    if !memory.retentive.is_empty() {
+        outcome.differences.push(format!(
+            "{} addresses are retentive: name their tags in [retain] of the controller file ({})",
+            memory.retentive.len(),
+            memory.retentive.join(", ")
+        ));
     }
 }
 

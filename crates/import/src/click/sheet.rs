@@ -2,6 +2,8 @@
 //!
 //! Called by `click::read`. What a cell means is not known here.
 
+use crate::csv::{CsvRecord, records};
+
 /// The cells of conditions of a row.
 pub(super) const COLUMNS: usize = 31;
 /// Most rungs of a file.
@@ -34,7 +36,7 @@ pub(super) fn rungs(text: &str) -> Result<Vec<SheetRung>, String> {
     let mut comment = String::new();
     let mut is_open = false;
     for record in records(text)?.into_iter().skip(1) {
-        let SheetRecord { line, mut fields } = record;
+        let CsvRecord { line, mut fields } = record;
         let marker = fields.first().map_or("", String::as_str).trim().to_owned();
         if marker == "#" {
             let text = fields.get(1).map_or("", String::as_str);
@@ -74,50 +76,4 @@ pub(super) fn rungs(text: &str) -> Result<Vec<SheetRung>, String> {
         }
     }
     Ok(rungs)
-}
-
-/// A record of a CSV file.
-struct SheetRecord {
-    line: usize,
-    fields: Vec<String>,
-}
-
-/// The records of a CSV file; a field in quotation marks may contain commas and ends of lines.
-fn records(text: &str) -> Result<Vec<SheetRecord>, String> {
-    let mut records = Vec::new();
-    let (mut fields, mut field) = (Vec::new(), String::new());
-    let (mut line, mut begin, mut is_quoted) = (1, 1, false);
-    let mut letters = text.chars().peekable();
-    while let Some(letter) = letters.next() {
-        match letter {
-            '"' if is_quoted && letters.peek() == Some(&'"') => {
-                letters.next();
-                field.push('"');
-            }
-            '"' if is_quoted || field.is_empty() => is_quoted = !is_quoted,
-            ',' if !is_quoted => fields.push(std::mem::take(&mut field)),
-            '\n' if !is_quoted => {
-                line += 1;
-                fields.push(std::mem::take(&mut field));
-                let fields = std::mem::take(&mut fields);
-                if fields.iter().any(|field| !field.trim().is_empty()) {
-                    records.push(SheetRecord { line: begin, fields });
-                }
-                begin = line;
-            }
-            '\r' if !is_quoted => {}
-            letter => {
-                line += usize::from(letter == '\n');
-                field.push(letter);
-            }
-        }
-    }
-    if is_quoted {
-        return Err(format!("line {begin}: a quotation mark is missing"));
-    }
-    fields.push(field);
-    if fields.iter().any(|field| !field.trim().is_empty()) {
-        records.push(SheetRecord { line: begin, fields });
-    }
-    Ok(records)
 }

@@ -113,3 +113,28 @@ fn large_and_tangled_grids_end() {
     let project = click::read(&ladder(&rows)).unwrap();
     assert_eq!(project.outcome.rungs.len(), 1);
 }
+
+#[test]
+fn a_nickname_file_gives_tags_their_names_comments_and_initial_values() {
+    let nicknames = "Address,Data Type,Nickname,Initial Value,Retentive,Address Comment\n\
+                     X001,BIT,\"Start\",0,No,\"Start button, NO\"\nDS1,INT,\"Speed\",25,Yes,\"\"\n\
+                     C5,BIT,\"Unused\",0,No,\"\"\nDS2,INT,\"\",0,No,\"No name\"\n";
+    let rows: &[&[&str]] = &[&["R", "X001", "copy(DS1,DS2)"]];
+    let project = click::read_named(&ladder(rows), nicknames).unwrap();
+    let tags = project.files[0].tags.iter().filter(|tag| !tag.is_own);
+    let tags: Vec<String> = tags
+        .map(|tag| {
+            let initial = tag.initial.as_deref().unwrap_or("0");
+            format!("{} {initial} {}", tag.name, tag.doc)
+        })
+        .collect();
+    assert_eq!(tags, ["Start 0 X1: Start button, NO", "Speed 25 DS1", "ds_2 0 DS2: No name"]);
+    let outcome = &project.outcome;
+    assert!(outcome.differences.iter().any(|text| text.contains("[retain]")), "{outcome:?}");
+    assert_eq!(outcome.left_out, ["1 nicknames of addresses that the ladder never names"]);
+    let mut plc = plant::started(&project);
+    plant::scan(&mut plc, 0, &[("Start".to_owned(), 1)]);
+    assert_eq!(plc.value("ds_2"), 25);
+    let why = click::read_named(&ladder(rows), "Address,Nickname\n").unwrap_err();
+    assert!(why.contains("no column `Initial Value`"), "{why}");
+}
