@@ -88,6 +88,26 @@ pub fn plcopen(bytes: &[u8]) {
     }
 }
 
+/// A CLICK ladder in CSV; what stands behind the first zero byte is a nickname file for it.
+pub fn click(bytes: &[u8]) {
+    let mut parts = bytes.splitn(2, |byte| *byte == 0).map(String::from_utf8_lossy);
+    let ladder = parts.next().unwrap_or_default();
+    let project = match parts.next() {
+        Some(nicknames) => rungd_import::click::read_named(&ladder, &nicknames),
+        None => rungd_import::click::read(&ladder),
+    };
+    if let Ok(project) = project {
+        assert!(!rungd_import::write::files(&project).is_empty());
+    }
+}
+
+/// Element documentation of a Do-more: reads it, and writes the project that it becomes.
+pub fn domore(bytes: &[u8]) {
+    if let Ok(project) = rungd_import::domore::read(&String::from_utf8_lossy(bytes)) {
+        assert!(!rungd_import::write::files(&project).is_empty());
+    }
+}
+
 /// A ladder file: reads, resolves, checks and lowers it.
 pub fn ladder(bytes: &[u8]) {
     let (file, mut findings) = file(bytes);
