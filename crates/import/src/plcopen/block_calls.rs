@@ -67,21 +67,21 @@ const STANDARD: [StandardBlock; 10] = [
         outputs: &[bit("Q"), ET],
     },
     StandardBlock {
-        names: &["CTU", "CTU_DINT"],
+        names: &["CTU", "CTU_DINT", "CTU_UDINT", "CTU_LINT", "CTU_ULINT"],
         template: "Ctu",
         contacts: &[["CU", "CU"], ["R", "R"]],
         number: Some("PV"),
         outputs: &[bit("Q"), CV],
     },
     StandardBlock {
-        names: &["CTD", "CTD_DINT"],
+        names: &["CTD", "CTD_DINT", "CTD_UDINT", "CTD_LINT", "CTD_ULINT"],
         template: "Ctd",
         contacts: &[["CD", "CD"], ["LD", "LD"]],
         number: Some("PV"),
         outputs: &[bit("Q"), CV],
     },
     StandardBlock {
-        names: &["CTUD", "CTUD_DINT"],
+        names: &["CTUD", "CTUD_DINT", "CTUD_UDINT", "CTUD_LINT", "CTUD_ULINT"],
         template: "Ctud",
         contacts: &[["CU", "CU"], ["CD", "CD"], ["R", "R"], ["LD", "LD"]],
         number: Some("PV"),
@@ -121,10 +121,7 @@ const STANDARD: [StandardBlock; 10] = [
 pub(super) fn standard_members() -> impl Iterator<Item = (String, BlockMembers)> {
     STANDARD.iter().flat_map(|block| {
         block.names.iter().map(move |name| {
-            let count = match name.ends_with("_DINT") {
-                true => IecType::Whole { bits: 32, is_signed: true },
-                false => INT,
-            };
+            let count = counted(name);
             let member = |output: &StandardOutput| {
                 let kind = match output.kind {
                     OutputType::Bool => IecType::Bool,
@@ -137,6 +134,14 @@ pub(super) fn standard_members() -> impl Iterator<Item = (String, BlockMembers)>
             (name.to_lowercase(), BlockMembers { members })
         })
     })
+}
+
+/// The type in which a counter counts: `CTU` in INT, `CTU_DINT` in DINT.
+fn counted(kind: &str) -> IecType {
+    match kind.contains('_') {
+        true => IecType::Whole { bits: 32, is_signed: true },
+        false => INT,
+    }
 }
 
 fn standard(kind: &str) -> Option<&'static StandardBlock> {
@@ -248,11 +253,11 @@ impl LadderBody<'_, '_> {
             arguments.push(UseArgument { name: (*parameter).to_owned(), value });
         }
         if let Some(name) = standard.number {
-            let wanted = match (name, block.kind.to_uppercase().ends_with("_DINT")) {
-                ("PT", _) => IecType::Time,
-                (_, true) => IecType::Whole { bits: 32, is_signed: true },
-                (_, false) => INT,
-            };
+            let wanted = if name == "PT" { IecType::Time } else { counted(&block.kind) };
+            if let Some(loss) = block.kind.split_once('_').and_then(|(_, kind)| IecType::loss(kind))
+            {
+                self.differences.insert(format!("{} counts {loss}", block.kind));
+            }
             let value = self.preset(block, name, own, wanted)?;
             arguments.push(UseArgument { name: name.to_owned(), value });
         }

@@ -3,6 +3,7 @@
 use super::body::LadderBody;
 use super::calculations::{FunctionCalculation, FunctionResult, is_plain};
 use super::elements::BlockPin;
+use super::formula::IecFormula;
 use super::types::IecType;
 use crate::condition::RungCondition;
 
@@ -16,6 +17,9 @@ impl LadderBody<'_, '_> {
         let [pin] = pins else { return Err("a conversion of several values".to_owned()) };
         let (from, to) = (IecType::named(types[0])?, IecType::named(types[1])?);
         let refused = || Err(format!("the conversion {}_TO_{}", types[0], types[1]));
+        for loss in types.iter().filter_map(|kind| IecType::loss(kind)) {
+            self.differences.insert(format!("{}_TO_{} has {loss}", types[0], types[1]));
+        }
         if from == IecType::Bool {
             if !matches!(to, IecType::Whole { .. }) {
                 return refused();
@@ -38,12 +42,47 @@ impl LadderBody<'_, '_> {
             }
             (IecType::Whole { .. }, IecType::Whole { .. }) if to.holds(from) => value.text,
             (IecType::Whole { .. }, IecType::Whole { .. }) => to.cut(&value.text),
-            (IecType::Whole { .. }, IecType::Real) => value.text,
+            (IecType::Whole { .. }, IecType::Real) | (IecType::Real, IecType::Real) => value.text,
+            (IecType::Real, IecType::Whole { .. }) => to.cut(&rounded(&value.text, to)),
+            (IecType::Time, _) | (_, IecType::Time) => self.time_conversion([from, to], &value)?,
             _ => return refused(),
         };
         let (texts, reads) = (vec![text], value.reads);
         let calculation =
             FunctionCalculation { kind: to, texts, reads, is_bit: false, guard: None };
         Ok(FunctionResult::Number(calculation))
+    }
+
+    /// A conversion of a TIME from or to a number, which is one of seconds in MatIEC's library, and
+    /// of ms in CODESYS.
+    fn time_conversion(
+        &mut self,
+        [from, to]: [IecType; 2],
+        value: &IecFormula,
+    ) -> Result<String, String> {
+        let (text, ms) = (&value.text, self.memory.time_unit_ms);
+        let unit = if ms == 1 { "ms, as in CODESYS" } else { "seconds, as in MatIEC" };
+        self.differences.insert(format!("a TIME as a number is one of {unit}"));
+        match (from, to, ms) {
+            (IecType::Time, IecType::Whole { .. }, 1) => Ok(to.cut(text)),
+            (IecType::Time, IecType::Whole { .. }, _) => Ok(to.cut(&format!("{text} / {ms}"))),
+            (IecType::Time, IecType::Real, 1) => Ok(text.clone()),
+            (IecType::Time, IecType::Real, _) => {
+                Ok(format!("{text} / {ms} + ({text} % {ms}) / {ms}.0"))
+            }
+            (IecType::Whole { .. }, IecType::Time, _) => Ok(format!("{text} * {ms}")),
+            _ => Err("a conversion of a TIME from or to no whole number".to_owned()),
+        }
+    }
+}
+
+/// A real rounded to the nearest whole number, of two the even one; for an unsigned type at
+/// least 0.
+fn rounded(text: &str, to: IecType) -> String {
+    let half = format!("abs({text} - trunc({text})) == 0.5");
+    let nearest = format!("if({half}, round({text} / 2) * 2, round({text}))");
+    match to {
+        IecType::Whole { is_signed: false, .. } => format!("max(0, {nearest})"),
+        IecType::Whole { .. } | IecType::Bool | IecType::Time | IecType::Real => nearest,
     }
 }

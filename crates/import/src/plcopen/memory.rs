@@ -86,6 +86,8 @@ pub(super) struct PlcopenMemory {
     pub(super) driven: HashSet<String>,
     /// The names that ladders write, in small letters.
     pub(super) written: HashSet<String>,
+    /// The unit of a TIME that becomes a number, in ms.
+    pub(super) time_unit_ms: i64,
     /// The variables with an address.
     addressed: HashMap<String, usize>,
 }

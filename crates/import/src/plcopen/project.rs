@@ -35,6 +35,7 @@ pub(super) fn project(file: &PlcopenFile) -> ForeignProject {
     let mut memory = PlcopenMemory::default();
     memory.blocks.extend(standard_members());
     memory.written = written_names(file);
+    memory.time_unit_ms = if file.product.to_uppercase().contains("CODESYS") { 1 } else { 1000 };
     memory.scope("", &file.globals, &file.types);
     let mut outcome = Outcome {
         differences: plan.differences.clone(),

@@ -49,6 +49,30 @@ pub fn function(random: &mut SplitMix64, name: &'static str, callees: &[Callee])
 }
 
 impl Body<'_> {
+    /// A conversion, whose result goes into a variable.
+    pub fn conversion(&mut self) {
+        let pairs = [
+            ["INT", "DINT"],
+            ["DINT", "INT"],
+            ["DINT", "UINT"],
+            ["INT", "REAL"],
+            ["DINT", "REAL"],
+            ["REAL", "INT"],
+            ["REAL", "DINT"],
+            ["REAL", "UINT"],
+            ["TIME", "INT"],
+            ["TIME", "DINT"],
+            ["TIME", "REAL"],
+            ["INT", "TIME"],
+        ];
+        let [from, to] = pairs[self.below(pairs.len() as u64) as usize];
+        let text = self.variable(from);
+        let points = vec![self.named_input(&text)];
+        let pin = Pin { name: "IN", points, is_negated: false };
+        let id = self.block(&format!("{from}_TO_{to}"), None, &[pin], &["OUT"]);
+        self.output(to, Point { id, pin: Some("OUT".to_owned()) });
+    }
+
     /// A call of a function of the file; a point with power, if it gives one.
     pub fn call(&mut self, points: &[Point]) -> Option<Point> {
         let at = self.below(self.functions.len() as u64) as usize;

@@ -129,7 +129,7 @@ impl<'r> Body<'r> {
         texts[self.below(texts.len() as u64) as usize]
     }
 
-    fn variable(&mut self, kind: &str) -> String {
+    pub fn variable(&mut self, kind: &str) -> String {
         if let Some([name, own]) = self.result
             && own == kind
             && self.below(3) == 0
@@ -353,7 +353,7 @@ impl<'r> Body<'r> {
         self.function(name, &[variable, other], points)
     }
 
-    fn named_input(&mut self, text: &str) -> Point {
+    pub fn named_input(&mut self, text: &str) -> Point {
         let id = self.next();
         let place = self.place(20);
         self.xml += &format!(
@@ -446,6 +446,10 @@ impl<'r> Body<'r> {
                     Some(point) => point,
                     None => continue,
                 },
+                15 => {
+                    self.conversion();
+                    continue;
+                }
                 14 if !self.functions.is_empty() => match self.call(&points.clone()) {
                     Some(point) => point,
                     None => continue,

@@ -36,6 +36,9 @@ pub fn function(name: &str, kind: &str, given: &HashMap<String, Value>) -> Optio
         }
         _ => {}
     }
+    if let Some((_, to)) = name.split_once("_TO_") {
+        return Some(converted(all[0], kind, to));
+    }
     let are_bits = all.iter().all(|value| matches!(value, Value::Bool(_)));
     match if are_bits { "BOOL" } else { kind } {
         "REAL" => real(name, &all),
@@ -108,5 +111,32 @@ fn whole(name: &str, kind: &str, all: &[Value]) -> Option<Value> {
         "NOT" => Some(wrapped(kind, !values[0])),
         "ABS" => Some(wrapped(kind, values[0].abs())),
         name => panic!("{name} of whole numbers"),
+    }
+}
+
+/// A conversion: the functions of MatIEC's library.
+fn converted(value: Value, from: &str, to: &str) -> Value {
+    match (value, to) {
+        (Value::Bool(is_on), to) => wrapped(to, i64::from(is_on)),
+        (Value::Real(real), to) => {
+            let real = f64::from(real);
+            // Beyond 64 bits C leaves the result open; rungd stays at their limit.
+            let round = |real: f64| match real % 1.0 == 0.0 && real.abs() < 2f64.powi(62) {
+                true => (real as i64 / 2) * 2,
+                false => real as i64,
+            };
+            match (real >= 0.0, to) {
+                (true, _) => wrapped(to, round(real + 0.5)),
+                (false, "UINT") => Value::Whole(0),
+                (false, _) => wrapped(to, round(real - 0.5)),
+            }
+        }
+        (Value::Whole(ms), "REAL") if from == "TIME" => {
+            Value::Real(((ms / 1000) as f64 + (ms % 1000) as f64 / 1000.0) as f32)
+        }
+        (Value::Whole(ms), to) if from == "TIME" => wrapped(to, ms / 1000),
+        (Value::Whole(seconds), "TIME") => wrapped(to, seconds * 1000),
+        (Value::Whole(whole), "REAL") => Value::Real(whole as f32),
+        (Value::Whole(whole), to) => wrapped(to, whole),
     }
 }
