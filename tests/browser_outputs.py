@@ -88,7 +88,7 @@ class Cabinet:
 
 # The text of each place of the open page that shows an output.
 PLACES = {
-    "panel": """name => [...document.querySelectorAll(`[data-lamp=${name}], .panel [data-value=${name}]`)]
+    "panel": """name => [...document.querySelectorAll(`[data-lamp=${name}], .panel [data-value-of=${name}]`)]
       .map(of => of.textContent.replace(/^[●○?] /, ''))""",
     "tags": "name => [document.querySelector(`main tbody [data-value=${name}]`).textContent]",
     "ladder/Main": """name => [...document.querySelectorAll(`[data-output=${name}]`)]

@@ -20,7 +20,7 @@ TARGET = os.environ.get("CARGO_TARGET_DIR", os.path.join(HERE, "target"))
 RUNGD = os.environ.get("RUNGD") or os.path.join(TARGET, "release/rungd")
 PICTURES = os.path.join(TARGET, "browser")
 # The longest wait for an event that should come within seconds; no result depends on it.
-PATIENCE = 300
+PATIENCE = float(os.environ.get("RUNGD_PATIENCE", "300"))
 
 LADDER = """
 [ladder]

@@ -151,7 +151,8 @@ impl PlantManager {
             [first, .., last] => format!("{user} writes {first} to {last}"),
             [] => return StatusCode::BadNothingToDo,
         };
-        let request = Request::WriteSet { writes, for_user: Some(user.to_owned()) };
+        let request =
+            Request::WriteSet { writes, for_user: Some(user.to_owned()), from_page: false };
         let (status, refusal) = match self.followed.ask(request).await {
             Ok(()) => (StatusCode::Good, None),
             Err((status, why)) => (status, Some(why)),

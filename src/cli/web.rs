@@ -40,6 +40,9 @@ pub struct WebArgs {
     /// The file of users, made by `rungd web passwd`; without it, a one-time link gives access
     #[arg(long, value_name = "FILE")]
     users_file: Option<PathBuf>,
+    /// The folder with the drawings of panels: SVG files, whose names a `mimic` gives
+    #[arg(long, value_name = "FOLDER")]
+    mimics: Option<PathBuf>,
     /// The running controller's socket (default: that of the controller that runs in this folder,
     /// else of your only running one, else the service's, /run/rungd/rungd.sock)
     #[arg(long, value_name = "PATH", env = SOCKET_VARIABLE)]
@@ -78,6 +81,7 @@ pub fn web(args: &WebArgs) -> Result<Exit> {
         tls: args.tls_cert.clone().zip(args.tls_key.clone()),
         behind_proxy: args.behind_proxy,
         users: args.users_file.clone(),
+        mimics: args.mimics.clone(),
     };
     if let Err(refused) = options.judge() {
         say_line(&format!("rungd web: {refused}"));

@@ -79,7 +79,7 @@ pub fn write(args: &WriteArgs) -> Result<Exit> {
                                OPERAND=VALUE …` or `rungd write --file SET.toml`";
                 return Err(CommandLine(message.to_owned()).into());
             }
-            match args.at.asked(&Request::WriteSet { writes, for_user: None }) {
+            match args.at.asked(&Request::WriteSet { writes, for_user: None, from_page: false }) {
                 Ok(changed) => print_changes(&args.at, &changed),
                 Err(failure) => Ok(args.at.print_failure(&failure)),
             }
@@ -120,7 +120,7 @@ fn write_file(args: &WriteArgs, path: &Path) -> Result<Exit> {
         say_line(&format!("rungd: {name} has no values: write `size = 12`, an operand a line"));
         return Ok(Exit::Config);
     }
-    let request = Request::WriteSet { writes, for_user: None };
+    let request = Request::WriteSet { writes, for_user: None, from_page: false };
     if request_bytes(&request) > CHANGE_BYTES_MAX {
         let message = format!(
             "rungd: {name} is too long for one change, whose names and values have room in \

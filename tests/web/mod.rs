@@ -4,9 +4,11 @@
 mod client;
 mod compares;
 mod crowd;
+mod mimic;
 mod outputs;
 mod pages;
 mod press;
+mod recipe;
 mod secured;
 mod strangers;
 mod users;

@@ -186,7 +186,7 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ("", ["outputs" | "retain" | "modbus-server", _, ..])
         | ("simulated-device", ["input" | "follows" | "while" | "when"])
         | ("", ["web", "write"])
-        | ("panel.show", ["lamp" | "button" | "hold" | "value" | "bar" | "trend"])
+        | ("panel.show", ["lamp" | "button" | "hold" | "value" | "bar" | "trend" | "recipe"])
         | ("modbus-server.map", _) => Slot::Operand,
         _ => Slot::Other,
     }

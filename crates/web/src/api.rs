@@ -12,6 +12,7 @@ use serde_json::{Value, json};
 
 use super::panels;
 use super::query::Query;
+use super::recipe::recipe;
 use super::reply::{WebFailure, WebResult, bad, computed, json_answer};
 #[cfg(feature = "prove")]
 use super::search::search;
@@ -19,7 +20,7 @@ use super::sessions::WebSession;
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
 use super::views::{of, operand, settings, viewed};
-use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendPoint};
+use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendGap, TrendPoint};
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use rungd_lab::draw::live_svg;
@@ -49,6 +50,9 @@ pub(super) async fn question(
         let status = seen.status.as_deref();
         return Ok(json_answer(&json!({ "status": status, "now": now, "error": error })));
     }
+    if path == "/api/recipe" {
+        return recipe(site, query).await;
+    }
     let view = match query.number("hold") {
         Some(hold) => site.held(hold).ok_or_else(|| {
             let why = "the scans that were held are gone: pause again";
@@ -66,6 +70,7 @@ pub(super) async fn question(
         }
         "/api/session" => Ok(json_answer(&of_session(session, &view))),
         "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
+        "/api/mimic" => panels::drawing(site, &view.program, &query).await,
         "/api/panels" => Ok(json_answer(&panels::panels(&view.program))),
         "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
         "/api/events" => asked(site, move || Ok(happened(&view))).await,
@@ -233,5 +238,9 @@ fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     };
     let span = found.span_ns.map(|(first, last)| [first / 1_000_000, last / 1_000_000]);
     let points: Vec<Value> = found.points.iter().map(point).collect();
-    Ok(json!({ "operand": operand, "span_ms": span, "points": points }))
+    let gap = |gap: &TrendGap| {
+        json!([gap.from_ns / 1_000_000, gap.to_ns.map(|ns| ns / 1_000_000), gap.mode.name()])
+    };
+    let gaps: Vec<Value> = found.gaps.iter().map(gap).collect();
+    Ok(json!({ "operand": operand, "span_ms": span, "points": points, "gaps": gaps }))
 }

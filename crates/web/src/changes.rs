@@ -11,6 +11,7 @@ use serde_json::{Value, json};
 
 use super::journal::say;
 use super::press::press;
+use super::recipe;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
 use super::sender::{Visitor, listed_operand, sent};
 use super::sessions::SignedIn;
@@ -32,6 +33,8 @@ pub(super) async fn change(
     match path {
         "/api/write" => write(site, visitor, user, said).await,
         "/api/press" => press(site, visitor, user, said).await,
+        "/api/recipe" => recipe::write(site, visitor, user, said).await,
+        "/api/recipe/read" => recipe::read(site, said).await,
         "/api/ack" => acknowledge(site, visitor, user, said).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
     }

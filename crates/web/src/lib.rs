@@ -32,11 +32,14 @@ mod guard;
 mod hasher;
 mod journal;
 mod listen;
+mod mimic;
+mod mimic_xml;
 mod options;
 mod panels;
 mod patience;
 mod press;
 mod query;
+mod recipe;
 mod reply;
 mod route;
 #[cfg(feature = "prove")]

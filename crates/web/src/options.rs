@@ -22,6 +22,8 @@ pub struct WebOptions {
     pub behind_proxy: bool,
     /// The file of users; `None`: a one-time link admits its first visitor.
     pub users: Option<PathBuf>,
+    /// The folder with the drawings of panels.
+    pub mimics: Option<PathBuf>,
 }
 
 /// An address to listen at.
@@ -125,6 +127,7 @@ mod tests {
             tls: None,
             behind_proxy: false,
             users: None,
+            mimics: None,
         }
     }
 

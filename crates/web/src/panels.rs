@@ -5,11 +5,16 @@
 
 use std::collections::HashMap;
 
+use hyper::StatusCode;
 use serde_json::{Value, json};
 
+use super::mimic::{self, Mimic};
+use super::query::Query;
+use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::site::WebSite;
 use super::views::settings;
 use rungd_client::live::{LiveProgram, LiveTag};
-use rungd_config::controller::panel::{Panel, Widget};
+use rungd_config::controller::panel::{LampColor, Panel, Widget, WidgetKind};
 use rungd_engine::isa::{Address, Word};
 
 /// The panels of a program.
@@ -27,6 +32,7 @@ pub(super) fn panels(program: &LiveProgram) -> Value {
 /// A part of a panel; `unit` is that of its tag.
 fn widget(program: &LiveProgram, widget: &Widget, unit: Option<&str>) -> Value {
     let word = word(program, &widget.operand);
+    let is_recipe = widget.kind == WidgetKind::Recipe;
     json!({
         "kind": widget.kind.key(),
         "operand": widget.operand,
@@ -35,13 +41,22 @@ fn widget(program: &LiveProgram, widget: &Widget, unit: Option<&str>) -> Value {
         "confirm": widget.confirm,
         "unit": widget.unit.as_deref().or(unit),
         "decimals": widget.decimals,
+        "color": widget.color.map(LampColor::word),
         "real": word.is_some_and(Word::is_real),
         "takes": word.map(|word| takes(program, word)),
+        "write": is_recipe.then(|| is_listed(program, &widget.operand)),
     })
 }
 
+/// Whether `[web] write` lists what a recipe shows, or a part of it.
+fn is_listed(program: &LiveProgram, recipe: &str) -> bool {
+    let is_of =
+        |name: &str| name.strip_prefix(recipe).is_some_and(|rest| rest.starts_with(['.', '[']));
+    settings(program).is_some_and(|web| web.write.iter().any(|(name, _)| is_of(name)))
+}
+
 /// The word that an operand names; `None`: it names a bit.
-fn word(program: &LiveProgram, operand: &str) -> Option<Word> {
+pub(super) fn word(program: &LiveProgram, operand: &str) -> Option<Word> {
     let subject = &program.subject;
     match subject.symbols().layout.address(subject.cell(operand).ok()?)? {
         Address::Word(word) => Some(word),
@@ -50,7 +65,27 @@ fn word(program: &LiveProgram, operand: &str) -> Option<Word> {
 }
 
 /// The least and the greatest value that may be written into a word.
-fn takes(program: &LiveProgram, word: Word) -> [Value; 2] {
+pub(super) fn takes(program: &LiveProgram, word: Word) -> [Value; 2] {
     let (min, max) = program.subject.symbols().limits(word);
     [min, max].map(|content| json!(word.number(content)))
+}
+
+/// A drawing of a panel, made safe, with the tags that the program does not have.
+pub(super) async fn drawing(site: &WebSite, program: &LiveProgram, query: &Query) -> WebResult {
+    let name = query.get("operand").unwrap_or_default().to_owned();
+    let is_it = |widget: &&Widget| widget.kind == WidgetKind::Mimic && widget.operand == name;
+    let panels = settings(program).map_or(&[][..], |web| &web.panels);
+    if panels.iter().flat_map(|panel| &panel.show).find(is_it).is_none() {
+        return Err(bad("no panel shows this drawing"));
+    }
+    let folder = site.mimics.clone();
+    let folder = folder.ok_or_else(|| bad("start `rungd web` with `--mimics FOLDER`"))?;
+    let found = tokio::task::spawn_blocking(move || mimic::read(&folder, &name)).await;
+    let failed = |bug: tokio::task::JoinError| {
+        WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())
+    };
+    let Mimic { svg, left_out, tags } = found.map_err(failed)?.map_err(bad)?;
+    let unknown = tags.iter().filter(|tag| program.subject.cell(tag).is_err());
+    let unknown: Vec<&String> = unknown.take(20).collect();
+    Ok(json_answer(&json!({ "svg": svg, "left_out": left_out, "unknown": unknown })))
 }

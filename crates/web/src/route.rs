@@ -18,6 +18,7 @@ use super::guard::{CSRF, secure};
 use super::journal::say;
 use super::patience::BrowserPatience;
 use super::query::Query;
+use super::recipe::RECIPE_BYTES_MAX;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
 use super::sender::Visitor;
 use super::sessions::{COOKIE, SignedIn, cookie_of};
@@ -29,10 +30,12 @@ const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
 
 /// The files of the page: path, type, content.
-const PAGES: [(&str, &str, &str); 5] = [
+const PAGES: [(&str, &str, &str); 7] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/app.js", "text/javascript; charset=utf-8", include_str!("page/app.js")),
     ("/panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
+    ("/recipe.js", "text/javascript; charset=utf-8", include_str!("page/recipe.js")),
+    ("/trend.js", "text/javascript; charset=utf-8", include_str!("page/trend.js")),
     ("/style.css", "text/css; charset=utf-8", include_str!("page/style.css")),
     ("/favicon.ico", "image/svg+xml", include_str!("page/icon.svg")),
 ];
@@ -101,7 +104,8 @@ async fn admitted_answer(
         site.sessions().end(&cookie);
         return Ok(json_answer(&json!({})));
     }
-    let said = body(request).await?;
+    let bytes_max = if path.starts_with("/api/recipe") { RECIPE_BYTES_MAX } else { BODY_BYTES_MAX };
+    let said = body(request, bytes_max).await?;
     let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
     changes::change(site, &path, &visitor, &said).await
 }
@@ -160,7 +164,7 @@ async fn sign_in(
     if !site.has_users() {
         return Err(signed_out(site));
     }
-    let said = body(request).await?;
+    let said = body(request, BODY_BYTES_MAX).await?;
     let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
     let (name, password) = (text("user"), text("password"));
     may_try(site, &name)?;
@@ -207,12 +211,12 @@ fn set_cookie(site: &WebSite, answer: &mut WebAnswer, cookie: &str) {
 }
 
 /// Reads the JSON body of a change.
-async fn body(request: Request<Incoming>) -> Result<Value, WebFailure> {
+async fn body(request: Request<Incoming>, bytes_max: usize) -> Result<Value, WebFailure> {
     let kind = request.headers().get(CONTENT_TYPE).and_then(|kind| kind.to_str().ok());
     if !kind.unwrap_or_default().starts_with("application/json") {
         return Err(bad("the body of a change must be JSON"));
     }
-    let limited = Limited::new(request.into_body(), BODY_BYTES_MAX).collect();
+    let limited = Limited::new(request.into_body(), bytes_max).collect();
     let late = |_| bad("the request was not received in time");
     let read = timeout(BODY_MAX, limited).await.map_err(late)?;
     let bytes = read.map_err(|_| bad("the request broke off, or is too long"))?.to_bytes();

@@ -15,7 +15,7 @@ use super::sessions::WebSession;
 use super::site::WebSite;
 use super::views::{settings, viewed};
 use rungd_client::operator::client::{self, CallFailure};
-use rungd_client::operator::protocol::{RefusalKind, Request};
+use rungd_client::operator::protocol::{RefusalKind, Request, RequestRefusal};
 
 /// The session that asks for a change, and how long its browser waits for it.
 pub(super) struct Visitor {
@@ -60,45 +60,72 @@ pub(super) async fn sent_at_once(
     visitor: &Visitor,
     request: Request,
 ) -> Result<Value, WebFailure> {
+    exchanged(site, visitor, request).await.map_err(WebFailure::from)
+}
+
+/// Why a change is not made.
+pub(super) enum ChangeFailure {
+    /// The controller refuses it, or its browser waits no longer.
+    Refused(RequestRefusal),
+    /// It has not reached the controller.
+    NotSent(WebFailure),
+}
+
+impl From<ChangeFailure> for WebFailure {
+    fn from(failure: ChangeFailure) -> WebFailure {
+        let refusal = match failure {
+            ChangeFailure::Refused(refusal) => refusal,
+            ChangeFailure::NotSent(failure) => return failure,
+        };
+        let status = match refusal.kind {
+            RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
+            RefusalKind::BadRequest
+            | RefusalKind::BadOperand
+            | RefusalKind::BadValue
+            | RefusalKind::Refused
+            | RefusalKind::BadFiles
+            | RefusalKind::NoAnswer
+            | RefusalKind::TooLate => StatusCode::CONFLICT,
+        };
+        WebFailure(status, refusal.message)
+    }
+}
+
+/// Sends a change to the controller, if its browser still waits and its session goes on.
+pub(super) async fn exchanged(
+    site: &Arc<WebSite>,
+    visitor: &Visitor,
+    request: Request,
+) -> Result<Value, ChangeFailure> {
+    let not_sent = |status, why: &str| ChangeFailure::NotSent(WebFailure(status, why.to_owned()));
     // The controller that the page shows, and no other.
     let Some(socket) = site.follow.socket() else {
-        let why = "no controller has answered yet: nothing is changed".to_owned();
-        return Err(WebFailure(StatusCode::BAD_GATEWAY, why));
+        let why = "no controller has answered yet: nothing is changed";
+        return Err(not_sent(StatusCode::BAD_GATEWAY, why));
     };
     // The wait for a place may have been long, and so may the one for a thread.
     if !site.is_session_open(&visitor.cookie) {
         let why = "the session has ended meanwhile: nothing is changed";
-        return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
+        return Err(not_sent(StatusCode::UNAUTHORIZED, why));
     }
     let patience = visitor.patience.clone();
     let send = move || {
         patience.judge().map_err(CallFailure::Refused)?;
         client::ask_by::<Value>(&socket, &request, patience.until())
     };
-    let sent = tokio::task::spawn_blocking(send).await;
-    match sent {
+    match tokio::task::spawn_blocking(send).await {
         Ok(Ok(done)) => Ok(done),
         Ok(Err(CallFailure::Refused(refusal))) => {
             say(&format!("a change is refused: {}", refusal.message));
-            let status = match refusal.kind {
-                RefusalKind::NotPermitted => StatusCode::FORBIDDEN,
-                RefusalKind::BadRequest
-                | RefusalKind::BadOperand
-                | RefusalKind::BadValue
-                | RefusalKind::Refused
-                | RefusalKind::BadFiles
-                | RefusalKind::NoAnswer
-                | RefusalKind::TooLate => StatusCode::CONFLICT,
-            };
-            Err(WebFailure(status, refusal.message))
+            Err(ChangeFailure::Refused(refusal))
         }
         Ok(Err(failure @ CallFailure::NotAllowed(..))) => {
             say(&format!("a change is not possible: {failure}"));
             let why = "this server may only look: to let users change something, its user must be \
                        in the group of the operator's socket (docs/web.md)";
-            Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()))
+            Err(not_sent(StatusCode::FORBIDDEN, why))
         }
-        Ok(Err(failure)) => Err(WebFailure(StatusCode::BAD_GATEWAY, failure.to_string())),
-        Err(bug) => Err(WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())),
+        Ok(Err(failure)) => Err(not_sent(StatusCode::BAD_GATEWAY, &failure.to_string())),
+        Err(bug) => Err(not_sent(StatusCode::INTERNAL_SERVER_ERROR, &bug.to_string())),
     }
 }

@@ -56,6 +56,7 @@ async fn run(options: &WebOptions) -> Result<()> {
         is_tls: options.is_tls(),
         address: address(options, &listener),
         users: options.users.clone(),
+        mimics: options.mimics.clone(),
     }));
     if site.has_users() {
         site.users()?;
@@ -129,6 +130,7 @@ pub fn conversation(bytes: &[u8]) -> Vec<u8> {
             is_tls: false,
             address: String::new(),
             users: None,
+            mimics: None,
         }));
         let seat = Seats::new(SEATS).take(ANY_GUEST).expect("a seat");
         let (near, mut far) = tokio::io::duplex(bytes.len().max(1) + (1 << 20));

@@ -36,6 +36,8 @@ pub(super) struct WebSite {
     pub is_tls: bool,
     /// The part of a link before its path.
     pub address: String,
+    /// The folder with the drawings of panels.
+    pub mimics: Option<PathBuf>,
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
     pub presses: Arc<Semaphore>,
@@ -66,16 +68,18 @@ pub(super) struct WebSiteParts {
     pub is_tls: bool,
     pub address: String,
     pub users: Option<PathBuf>,
+    pub mimics: Option<PathBuf>,
 }
 
 impl WebSite {
     pub fn new(parts: WebSiteParts) -> WebSite {
-        let WebSiteParts { follow, guard, is_tls, address, users } = parts;
+        let WebSiteParts { follow, guard, is_tls, address, users, mimics } = parts;
         WebSite {
             follow,
             guard,
             is_tls,
             address,
+            mimics,
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),
             questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
             presses: Arc::new(Semaphore::new(PRESSES_MAX)),

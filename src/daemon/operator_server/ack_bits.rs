@@ -50,7 +50,7 @@ impl OperatorService {
         while !left.is_empty() {
             let more = left.split_off(left.len().min(WRITES_MAX));
             let writes: Vec<GivenWrite> = left.iter().map(turned_on).collect();
-            if let Err(refusal) = self.write_set(asker, &writes).await {
+            if let Err(refusal) = self.write_set(asker, &writes, false).await {
                 left = without_refused(left, &refusal, &mut refused);
             } else {
                 left.clear();

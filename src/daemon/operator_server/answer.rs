@@ -31,9 +31,9 @@ impl OperatorService {
                 let write = GivenWrite { operand: operand.clone(), value: value.clone() };
                 answered(self.write(&asker, &write, *from_page).await?)
             }
-            Request::WriteSet { writes, for_user } => {
+            Request::WriteSet { writes, for_user, from_page } => {
                 let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.write_set(&asker, writes).await?)
+                answered(self.write_set(&asker, writes, *from_page).await?)
             }
             Request::Hold { operand, for_user, from_page } => {
                 let asker = asker.acting_for(for_user.as_deref())?;

@@ -107,6 +107,7 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         writes: &[GivenWrite],
+        from_page: bool,
     ) -> RequestResult<ChangedOperands> {
         if !(1..=WRITES_MAX).contains(&writes.len()) {
             return Err(wrong_count(writes.len()));
@@ -115,7 +116,7 @@ impl OperatorService {
         let mut checked_writes: Vec<CheckedWrite> = Vec::new();
         let (mut mistakes, mut places) = (SetMistakes::default(), NamedPlaces::default());
         for write in writes {
-            let checked = checked(&view, &before, write, false).and_then(|checked| {
+            let checked = checked(&view, &before, write, from_page).and_then(|checked| {
                 places.add(checked.operand.cell, &write.operand).map(|()| checked)
             });
             match checked {
@@ -131,8 +132,7 @@ impl OperatorService {
         if !mistakes.is_empty() {
             return Err(mistakes.refusal(false));
         }
-        let checked =
-            CheckedWrites { before, from_page: false, writes: checked_writes, hold: None };
+        let checked = CheckedWrites { before, from_page, writes: checked_writes, hold: None };
         Ok(ChangedOperands { changes: self.carry_out(asker, checked).await?.operands })
     }
 

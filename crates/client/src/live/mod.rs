@@ -33,5 +33,5 @@ pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
 pub use program::{LiveProgram, LiveTag};
 pub use rungd_history::record::RecordedFolder;
 pub use tag_type::TagType;
-pub use trend::{Trend, TrendPoint};
+pub use trend::{Trend, TrendGap, TrendPoint};
 pub use view::{LiveView, TagValue};

@@ -24,6 +24,19 @@ pub struct Trend {
     pub span_ns: Option<(i64, i64)>,
     /// The first value, and each change.
     pub points: Vec<TrendPoint>,
+    /// The times outside RUN, in which no scan gave a value. None of an output.
+    pub gaps: Vec<TrendGap>,
+}
+
+/// A time outside RUN.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TrendGap {
+    /// The time of the last scan before it, ns since 1970 (UTC).
+    pub from_ns: i64,
+    /// The time of the first scan after it; `None`: it has not ended.
+    pub to_ns: Option<i64>,
+    /// The mode in which it begins.
+    pub mode: Mode,
 }
 
 /// A value from a scan on.
@@ -67,7 +80,10 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
         unix_ns: changed.unix_ns,
         value: Some(changed.after),
     };
-    let points: Vec<TrendPoint> = match view.program.subject.output_rules().number(cell) {
+    // What an output is driven to is known outside RUN too.
+    let number = view.program.subject.output_rules().number(cell);
+    let gaps = if number.is_none() { gaps(sections) } else { Vec::new() };
+    let points: Vec<TrendPoint> = match number {
         None => subject.changes(sections, &[cell]).into_iter().map(point).collect(),
         Some(number) => {
             let mut points = driven(view, cell);
@@ -82,7 +98,7 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
         Some(_) | None => last.unix_ns,
     });
     let first = points.first().map(|point| point.unix_ns);
-    Trend { span_ns: first.zip(end), points: thinned(points) }
+    Trend { span_ns: first.zip(end), points: thinned(points), gaps }
 }
 
 /// The present state of an output, if the log does not have it: its device is lost since the last
@@ -150,6 +166,22 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
         add(changed_at, mode, &values);
     }
     points
+}
+
+/// The times outside RUN.
+fn gaps(sections: &[Arc<TapeSection>]) -> Vec<TrendGap> {
+    let mut gaps: Vec<TrendGap> = Vec::new();
+    for ((unix_ns, _), mode) in modes(sections) {
+        let open = gaps.last_mut().filter(|gap| gap.to_ns.is_none());
+        match (open, mode) {
+            (Some(gap), Mode::Run) => gap.to_ns = Some(unix_ns),
+            (Some(_), Mode::Stop(_) | Mode::Fault(_)) | (None, Mode::Run) => {}
+            (None, Mode::Stop(_) | Mode::Fault(_)) => {
+                gaps.push(TrendGap { from_ns: unix_ns, to_ns: None, mode });
+            }
+        }
+    }
+    gaps
 }
 
 /// The modes of the sections, each with its time and scan, in order. RUN begins with its first

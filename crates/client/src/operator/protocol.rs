@@ -80,6 +80,9 @@ pub enum Request {
         /// The person for whom a program writes: the log shows this user of `rungd web`.
         #[serde(default, skip_serializing_if = "Option::is_none")]
         for_user: Option<String>,
+        /// The writes come from a page, as that of a `write`.
+        #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+        from_page: bool,
     },
     /// The values that a `write-set` can write back: [`WritableValues`].
     ReadSet {

@@ -44,7 +44,7 @@ pub use written::{read_within, shape};
 
 use rungd_base::progress::{Progress, UNASKED};
 use rungd_engine::isa::{BitSpace, NumberRanges, Space};
-use rungd_language::resolve::program::Program;
+use rungd_language::resolve::program::{Program, Tag};
 use rungd_language::resolve::range::Range;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::span::FileId;
@@ -106,7 +106,8 @@ pub(crate) fn resolve_controller_within(
     for (at, range) in progress.during(&retain).enumerate() {
         retained.add(range.numbers(), at);
     }
-    let terms = web::HoldTerms { retained: &retained, period_ms };
+    let groups = program.tags.iter().filter_map(Tag::alarm_group).collect();
+    let terms = web::PanelTerms { retained: &retained, period_ms, groups };
     let web = web::resolve(&written.web, &terms, &mut resolver);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
     let controller = Controller {

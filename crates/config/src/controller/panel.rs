@@ -12,6 +12,7 @@ use rungd_language::source::fix::{Fix, FixEdit, Help, possible};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
+use rungd_language::source::value_kind::{KeyWords, WrongWord};
 
 /// `[[panel]]`.
 #[derive(Clone, Debug)]
@@ -36,7 +37,8 @@ pub struct Panel {
 pub struct Widget {
     /// Its kind.
     pub kind: WidgetKind,
-    /// The name in the file of the operand that it shows.
+    /// The name in the file of the operand that it shows; of alarms, their group or [`ALL_ALARMS`];
+    /// of a mimic, its file.
     pub operand: String,
     /// Its label; if not given, the operand.
     pub text: Option<String>,
@@ -48,7 +50,40 @@ pub struct Widget {
     pub unit: Option<String>,
     /// The decimal places of its number: a whole number 235 with one is shown as 23.5.
     pub decimals: Option<u8>,
+    /// The colour of a lamp that is ON.
+    pub color: Option<LampColor>,
 }
+
+/// The colour of a lamp that is ON: green if none is given.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LampColor {
+    /// It runs, it is open.
+    Green,
+    /// A person must act.
+    Red,
+    /// Something is unusual.
+    Amber,
+    /// A person is asked for something.
+    Blue,
+    /// A state without a judgement.
+    Gray,
+}
+
+impl LampColor {
+    /// Its word in a controller file, and for pages.
+    pub fn word(self) -> &'static str {
+        COLORS.word(self)
+    }
+}
+
+const COLORS: KeyWords<LampColor> = KeyWords::new(&[
+    ("green", LampColor::Green),
+    ("red", LampColor::Red),
+    ("amber", LampColor::Amber),
+    ("blue", LampColor::Blue),
+    ("gray", LampColor::Gray),
+])
+.refused_as(WrongWord::NoValue);
 
 /// The kinds of widgets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,17 +100,29 @@ pub enum WidgetKind {
     Bar,
     /// A value over the last minute.
     Trend,
+    /// The alarms of a group.
+    Alarms,
+    /// A record, an array of records or an array, as a table.
+    Recipe,
+    /// A drawing of the machine.
+    Mimic,
 }
+
+/// In place of a group: all alarms.
+pub const ALL_ALARMS: &str = "*";
 
 impl WidgetKind {
     /// All kinds.
-    pub const ALL: [WidgetKind; 6] = all_variants![
+    pub const ALL: [WidgetKind; 9] = all_variants![
         WidgetKind::Lamp,
         WidgetKind::Button,
         WidgetKind::Hold,
         WidgetKind::Value,
         WidgetKind::Bar,
         WidgetKind::Trend,
+        WidgetKind::Alarms,
+        WidgetKind::Recipe,
+        WidgetKind::Mimic,
     ];
 
     /// Its key in a controller file.
@@ -87,6 +134,24 @@ impl WidgetKind {
             WidgetKind::Value => "value",
             WidgetKind::Bar => "bar",
             WidgetKind::Trend => "trend",
+            WidgetKind::Alarms => "alarms",
+            WidgetKind::Recipe => "recipe",
+            WidgetKind::Mimic => "mimic",
+        }
+    }
+
+    /// A part of this kind, in a message.
+    fn noun(self) -> String {
+        match self {
+            WidgetKind::Alarms => "a list of alarms".to_owned(),
+            WidgetKind::Lamp
+            | WidgetKind::Button
+            | WidgetKind::Hold
+            | WidgetKind::Value
+            | WidgetKind::Bar
+            | WidgetKind::Trend
+            | WidgetKind::Recipe
+            | WidgetKind::Mimic => format!("a {}", self.key()),
         }
     }
 
@@ -104,21 +169,31 @@ impl WidgetKind {
             WidgetKind::Value => "A value; with a field for a new one if `[web] write` lists it.",
             WidgetKind::Bar => "A word, shown as a bar from `min` to `max`.",
             WidgetKind::Trend => "A value over the last minute.",
+            WidgetKind::Alarms => "The alarms of this group; of all groups: `*`.",
+            WidgetKind::Mimic => "A drawing: an SVG file in the folder of `rungd web --mimics`.",
+            WidgetKind::Recipe => {
+                "An array of records as a table, to edit if `[web] write` lists it; also a record \
+                 or an array."
+            }
         }
     }
 
     /// Whether its parts may have a key of [`EXTRAS`].
     fn takes(self, extra: &str) -> bool {
         match self {
-            WidgetKind::Lamp | WidgetKind::Hold => false,
+            WidgetKind::Hold | WidgetKind::Alarms | WidgetKind::Recipe | WidgetKind::Mimic => false,
+            WidgetKind::Lamp => extra == COLOR,
             WidgetKind::Button => extra == CONFIRM,
-            WidgetKind::Value | WidgetKind::Bar | WidgetKind::Trend => extra != CONFIRM,
+            WidgetKind::Value | WidgetKind::Bar | WidgetKind::Trend => {
+                extra == UNIT || extra == DECIMALS
+            }
         }
     }
 }
 
 /// The keys of a part that some kinds take alone.
-const EXTRAS: [&str; 3] = [CONFIRM, UNIT, DECIMALS];
+const EXTRAS: [&str; 4] = [COLOR, CONFIRM, UNIT, DECIMALS];
+const COLOR: &str = "color";
 const CONFIRM: &str = "confirm";
 const UNIT: &str = "unit";
 const DECIMALS: &str = "decimals";
@@ -126,7 +201,8 @@ const DECIMALS: &str = "decimals";
 /// The schema's condition on a widget: one kind, and the ends of a bar.
 const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
             {"required":["hold"]},{"required":["value"]},
-            {"required":["bar","min","max"]},{"required":["trend"]}]}"#;
+            {"required":["bar","min","max"]},{"required":["trend"]},{"required":["alarms"]},
+            {"required":["recipe"]},{"required":["mimic"]}]}"#;
 
 /// The least and the greatest value for an end of a bar.
 const ENDS: RangeInclusive<i64> = i32::MIN as i64..=i32::MAX as i64;
@@ -155,6 +231,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     let unit = table.string(key(UNIT, "The unit of the number; the tag's if not given."));
     let decimals = "The decimal places of the number: of a whole number 235, one shows 23.5.";
     let decimals = table.whole(key(DECIMALS, decimals), DECIMALS_RANGE);
+    let color = table.value_of(key(COLOR, "The colour of a lamp that is ON."), &COLORS);
     let ends = read_ends(&mut table);
     let judged = the_kind(&table, &shows).and_then(|(kind, shown)| {
         refuse_extras(&table, kind)?;
@@ -170,6 +247,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
         confirm,
         unit: unit.map(|unit| unit.text),
         decimals: decimals.map(|decimals| decimals.value),
+        color,
     };
     Some((widget, shown))
 }
@@ -210,7 +288,7 @@ fn refuse_extras(table: &Table<'_>, kind: WidgetKind) -> Option<()> {
     else {
         return Some(());
     };
-    let message = format!("a {} has no `{extra}`", kind.key());
+    let message = format!("{} has no `{extra}`", kind.noun());
     let help = Help::from("leave it out").with(possible(FixEdit::Remove(extra)));
     refuse(table, table.key_span(extra).unwrap_or(table.span()), message, help)
 }
@@ -231,7 +309,10 @@ fn limits(
             | WidgetKind::Lamp
             | WidgetKind::Button
             | WidgetKind::Hold
-            | WidgetKind::Value,
+            | WidgetKind::Value
+            | WidgetKind::Alarms
+            | WidgetKind::Recipe
+            | WidgetKind::Mimic,
             _,
             false,
         ) => Some(None),
@@ -242,8 +323,17 @@ fn limits(
             let help = Help::from("write `min = 0, max = 100`").with(ends);
             refuse(table, table.span(), message, help)
         }
-        (WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Hold | WidgetKind::Value, ..) => {
-            let message = format!("a {} has no `min` and `max`", kind.key());
+        (
+            WidgetKind::Lamp
+            | WidgetKind::Button
+            | WidgetKind::Hold
+            | WidgetKind::Value
+            | WidgetKind::Alarms
+            | WidgetKind::Recipe
+            | WidgetKind::Mimic,
+            ..,
+        ) => {
+            let message = format!("{} has no `min` and `max`", kind.noun());
             let without = Fix::from(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
             let help = Help::from("leave them out, or write a `bar`");
             refuse(table, table.span(), message, help.with(without.possible()))

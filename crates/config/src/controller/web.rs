@@ -5,12 +5,14 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::panel::{Panel, Widget, WidgetKind, WrittenPanel, read_panel};
+use super::panel::{ALL_ALARMS, Panel, Widget, WidgetKind, WrittenPanel, read_panel};
 use super::resolver::SettingsResolver;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, Space};
+use rungd_language::resolve::scope::{NamedThing, Scope};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, Help, advise, pair, possible};
 use rungd_language::source::key::key;
+use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
@@ -35,13 +37,18 @@ pub struct WebSettings {
     pub panels: Vec<Panel>,
 }
 
-/// What a held bit depends on beside the ladder.
-pub(super) struct HoldTerms<'a> {
+/// What the parts of panels depend on beside names.
+pub(super) struct PanelTerms<'a> {
     /// The ranges that survive a restart.
     pub retained: &'a NumberRanges<Space>,
     /// The scan period.
     pub period_ms: u32,
+    /// The groups of alarms.
+    pub groups: HashSet<&'a str>,
 }
+
+/// The most bits and words of a `recipe`: as many as one change writes.
+const ELEMENTS_MAX: usize = 4096;
 
 /// The longest scan period with which a hold ends within 500 ms (`runtime::hold`).
 const HOLD_PERIOD_MS_MAX: u32 = 100;
@@ -63,20 +70,25 @@ pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
 /// Makes the settings from the keys, with a finding for each wrong value.
 pub(super) fn resolve(
     written: &WrittenWeb,
-    terms: &HoldTerms<'_>,
+    terms: &PanelTerms<'_>,
     resolver: &mut SettingsResolver<'_>,
 ) -> WebSettings {
     let mut web = WebSettings::default();
     let progress = resolver.progress;
     for text in progress.during(&written.write) {
-        let Some(address) = operand(text, resolver) else { continue };
-        if may_write(address) {
-            web.write.push((text.text.trim().to_owned(), address));
-        } else {
-            let message = format!("`{}` cannot be written from outside", text.text.trim());
-            let finding = Finding::new(Code::Controller, text.span, message);
-            let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
-            resolver.findings.push(finding.help(help).or_omit());
+        let many = elements(text, resolver.scope);
+        let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
+        for (name, address) in many.or_else(one).unwrap_or_default() {
+            if may_write(address) {
+                web.write.push((name, address));
+            } else {
+                let message = format!("`{name}` cannot be written from outside");
+                let finding = Finding::new(Code::Controller, text.span, message);
+                let help =
+                    "list inputs, data, relays, presets and accumulators: see docs/operator.md";
+                resolver.findings.push(finding.help(help).or_omit());
+                break;
+            }
         }
     }
     let writable: HashSet<Address> = web.write.iter().map(|(_, address)| *address).collect();
@@ -94,6 +106,24 @@ pub(super) fn resolve(
         let widgets = progress.during(&panel.show);
         let mut show = Vec::new();
         for (shown, text) in widgets {
+            if shown.kind == WidgetKind::Alarms {
+                if is_group(text, terms, resolver) {
+                    show.push(shown.clone());
+                }
+                continue;
+            }
+            if shown.kind == WidgetKind::Mimic {
+                if is_drawing(text, resolver) {
+                    show.push(shown.clone());
+                }
+                continue;
+            }
+            if shown.kind == WidgetKind::Recipe {
+                if is_recipe(text, resolver) {
+                    show.push(shown.clone());
+                }
+                continue;
+            }
             let Some(address) = widget_operand(shown, text, &writable, resolver) else { continue };
             if shown.kind == WidgetKind::Hold {
                 if !may_hold(address, text, terms, resolver) {
@@ -135,11 +165,87 @@ fn operand(text: &Text, resolver: &mut SettingsResolver<'_>) -> Option<Address> 
     None
 }
 
+/// The bits and words of a record, of an array of records or of an array, each with its name;
+/// `None` for any other name.
+pub fn elements(text: &Text, scope: &Scope) -> Option<Vec<(String, Address)>> {
+    let name = text.text.trim();
+    match scope.look_up(name).ok()?.thing {
+        NamedThing::Record(place) => {
+            let fields = scope.fields(place).take(ELEMENTS_MAX + 1);
+            let named = fields.filter_map(|field| Some((scope.address(&field).ok()?, field)));
+            Some(named.map(|(address, field)| (field, address)).collect())
+        }
+        NamedThing::Array(array) => {
+            let addresses = array.addresses().take(ELEMENTS_MAX + 1).enumerate();
+            Some(addresses.map(|(at, address)| (format!("{name}[{at}]"), address)).collect())
+        }
+        NamedThing::Address(_)
+        | NamedThing::Constant(..)
+        | NamedThing::Real(_)
+        | NamedThing::Block(_)
+        | NamedThing::Device(_)
+        | NamedThing::Element(_) => None,
+    }
+}
+
+/// Whether a text names what a table can show: at most [`ELEMENTS_MAX`] bits and words.
+fn is_recipe(text: &Text, resolver: &mut SettingsResolver<'_>) -> bool {
+    let name = text.text.trim();
+    let (message, help) = match elements(text, resolver.scope) {
+        Some(elements) if elements.len() > ELEMENTS_MAX => (
+            format!("`{name}` has more than {ELEMENTS_MAX} values, which no one change can write"),
+            "show a shorter array",
+        ),
+        Some(_) => return true,
+        None => {
+            // An unknown name has its own finding.
+            if resolver.address(name, text.span).is_none() {
+                return false;
+            }
+            (
+                format!("`{name}` is no record and no array"),
+                "name a tag whose `type` is a record, or an array; one operand is a `value`",
+            )
+        }
+    };
+    let finding = Finding::new(Code::Controller, text.span, message);
+    resolver.findings.push(finding.help(help));
+    false
+}
+
+/// Whether a text can be the name of a drawing: a file without a folder.
+fn is_drawing(text: &Text, resolver: &mut SettingsResolver<'_>) -> bool {
+    let name = text.text.trim();
+    let is_file = name.ends_with(".svg") && !name.starts_with('.') && !name.contains(['/', '\\']);
+    if !is_file {
+        let message = format!("`{name}` is not the name of an SVG file");
+        let finding = Finding::new(Code::Controller, text.span, message);
+        let help = "name an SVG file in the folder of rungd web --mimics, without a path";
+        resolver.findings.push(finding.help(help));
+    }
+    is_file
+}
+
+/// Whether a text is a group of alarms, or stands for all.
+fn is_group(text: &Text, terms: &PanelTerms<'_>, resolver: &mut SettingsResolver<'_>) -> bool {
+    let name = text.text.trim();
+    if name == ALL_ALARMS || terms.groups.contains(name) {
+        return true;
+    }
+    let message = format!("no alarm has the group `{name}`");
+    let mut groups: Vec<&str> = terms.groups.iter().copied().collect();
+    groups.sort_unstable();
+    let help = "name the `group` of a tag with an `alarm`, or write `*` for all alarms";
+    let finding = Finding::new(Code::Controller, text.span, message).help(help);
+    resolver.findings.push(finding.near(name, &KnownNames::new(groups)));
+    false
+}
+
 /// Whether a bit can be held: it goes OFF at the end of a hold, whatever happens.
 fn may_hold(
     address: Address,
     text: &Text,
-    terms: &HoldTerms<'_>,
+    terms: &PanelTerms<'_>,
     resolver: &mut SettingsResolver<'_>,
 ) -> bool {
     let name = text.text.trim();
@@ -201,7 +307,10 @@ fn widget_operand(
         | WidgetKind::Hold
         | WidgetKind::Bar
         | WidgetKind::Value
-        | WidgetKind::Trend => return Some(address),
+        | WidgetKind::Trend
+        | WidgetKind::Alarms
+        | WidgetKind::Recipe
+        | WidgetKind::Mimic => return Some(address),
     };
     let finding = Finding::new(Code::Controller, text.span, message);
     resolver.findings.push(finding.help(help));

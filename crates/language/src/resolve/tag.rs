@@ -80,6 +80,11 @@ impl Tag {
     pub(crate) fn is_shown(&self) -> bool {
         self.alarm.is_some() || self.log_changes || self.metric
     }
+
+    /// The group of its alarm.
+    pub fn alarm_group(&self) -> Option<&str> {
+        self.terms.group.as_deref()
+    }
 }
 
 /// The meaning of a tag.

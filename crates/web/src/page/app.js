@@ -81,7 +81,7 @@ async function post(path, value, begun = WAIT - BEGUN_BEFORE) {
       : new Error(`no answer for ${wait / 1000} s: if nothing has changed by now, nothing will`);
   });
   const json = await answer.json().catch(() => ({ error: "the answer cannot be read" }));
-  if (!answer.ok) throw Object.assign(new Error(json.error), { status: answer.status });
+  if (!answer.ok) throw Object.assign(new Error(json.error), { status: answer.status, mistakes: json.mistakes });
   return json;
 }
 
@@ -296,8 +296,16 @@ function namesIn(json) {
 // A text in which the names of operands ask further.
 function linked(text, names) {
   const pre = h("pre", {});
-  for (const piece of text.split(/([\p{L}_$][\p{L}\p{N}_.$-]*)/u)) {
-    pre.append(names.has(piece) ? whyButton(piece) : piece);
+  for (const line of text.replace(/\n$/, "").split("\n")) {
+    // A line that wraps goes on behind its own indentation.
+    const depth = line.search(/\S|$/), place = h("div", { class: "line" });
+    place.style.setProperty("--depth", depth);
+    for (const piece of line.slice(depth).split(/([\p{L}_$][\p{L}\p{N}_.$-]*)/u)) {
+      place.append(names.has(piece) ? whyButton(piece) : piece);
+    }
+    // The end of the line, for who copies the answer.
+    place.append("\n");
+    pre.append(place);
   }
   return pre;
 }
@@ -372,7 +380,7 @@ function overviewParts() {
 // The alarms in short, for the overview.
 function alarmsInShort(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
-  return h("table", {}, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
+  return h("table", { class: "stack" }, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
     h("td", {}, stateOf(alarm))))));
 }
@@ -381,7 +389,7 @@ function alarmsInShort(alarms) {
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
-  return h("table", {}, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
+  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
     h("td", {}, alarm.priority), h("td", {}, stateOf(alarm)),
@@ -782,89 +790,6 @@ async function write(name, value, said) {
   } catch (error) { said.className = "error"; said.textContent = error.message; }
 }
 
-function trend(name) {
-  const canvas = h("canvas", { class: "wide", tabindex: "0", role: "img", "aria-label": "trend of " + name });
-  const said = h("p", { class: "soft", role: "status" });
-  const zoom = { from: 0, to: 1 };
-  let data = null;
-  const by = (factor, at) => {
-    const width = Math.min(1, Math.max(1e-4, (zoom.to - zoom.from) * factor));
-    const middle = zoom.from + (zoom.to - zoom.from) * at;
-    zoom.from = Math.min(Math.max(0, middle - width * at), 1 - width);
-    zoom.to = zoom.from + width;
-    show();
-  };
-  const move = (part) => {
-    const width = zoom.to - zoom.from, from = Math.min(Math.max(0, zoom.from + width * part), 1 - width);
-    [zoom.from, zoom.to] = [from, from + width];
-    show();
-  };
-  function show() { if (data) said.textContent = draw(canvas, { ...data, name }, zoom); }
-  async function load() {
-    try { data = await get("/api/trend", { operand: name, ...held() }); show(); }
-    catch (error) { said.className = "error"; said.textContent = error.message; }
-  }
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    by(event.deltaY > 0 ? 1.25 : 0.8, event.offsetX / canvas.clientWidth);
-  }, { passive: false });
-  canvas.addEventListener("keydown", (event) => {
-    const keys = { "+": () => by(0.5, 0.5), "-": () => by(2, 0.5), ArrowLeft: () => move(-0.25), ArrowRight: () => move(0.25) };
-    if (keys[event.key]) { event.preventDefault(); keys[event.key](); }
-  });
-  $("content").replaceChildren(h("h2", {}, "Trend of ", whyButton(name)),
-    h("div", { class: "tools" }, h("button", { onclick: load }, "Refresh"),
-      h("button", { onclick: () => by(0.5, 0.5), "aria-label": "zoom in" }, "+"),
-      h("button", { onclick: () => by(2, 0.5), "aria-label": "zoom out" }, "−"),
-      h("button", { onclick: () => move(-0.5), "aria-label": "earlier" }, "◀"),
-      h("button", { onclick: () => move(0.5), "aria-label": "later" }, "▶"),
-      "now: ", valueOf(name)), canvas, said);
-  watch([name]);
-  load();
-  return { update() { refreshValues($("content")); } };
-}
-
-// Draws a trend, and says it in words.
-function draw(canvas, data, zoom, limits) {
-  const ratio = window.devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
-  [canvas.width, canvas.height] = [width * ratio, height * ratio];
-  const pen = canvas.getContext("2d"), style = getComputedStyle(document.documentElement);
-  pen.scale(ratio, ratio);
-  if (!data.span_ms || !data.points.length) return "no scan is recorded yet";
-  const [begin, end] = data.span_ms, whole = Math.max(1, end - begin);
-  const from = begin + whole * zoom.from, to = begin + whole * zoom.to;
-  const number = (value) => value === true ? 1 : value === false ? 0 : value;
-  // Each point with its level. A value that is not known (null) has the level of the last known one.
-  let level = 0;
-  const points = data.points.map(([ms, , value]) => ({ ms, isKnown: value !== null, level: level = value === null ? level : number(value) }));
-  const inside = points.filter((point, at) => point.ms <= to && (at + 1 >= points.length || points[at + 1].ms >= from));
-  let low = Math.min(...inside.map((point) => point.level)), high = Math.max(...inside.map((point) => point.level));
-  if (limits) [low, high] = limits;
-  const span = high - low || 1, margin = 18;
-  const x = (ms) => (ms - from) / Math.max(1, to - from) * width;
-  const y = (value) => height - margin - (value - low) / span * (height - 2 * margin);
-  pen.strokeStyle = style.getPropertyValue("--accent");
-  pen.lineWidth = 2;
-  inside.forEach((point, at) => {
-    const next = inside[at + 1];
-    pen.setLineDash(point.isKnown ? [] : [4, 4]);
-    pen.beginPath();
-    pen.moveTo(Math.max(0, x(point.ms)), y(point.level));
-    pen.lineTo(next ? Math.max(0, x(next.ms)) : Math.min(width, x(end)), y(point.level));
-    if (next) pen.lineTo(Math.max(0, x(next.ms)), y(next.level));
-    pen.stroke();
-  });
-  pen.fillStyle = style.getPropertyValue("--soft");
-  pen.font = "12px system-ui";
-  const named = (level) => textOf(data.name, level);
-  pen.fillText(named(high), 4, 12);
-  pen.fillText(named(low), 4, height - 4);
-  const times = `${clockOf(from, 3)} to ${clockOf(to, 3)}`;
-  pen.fillText(times, Math.max(width - pen.measureText(times).width - 4, 60), height - 4);
-  const isKnown = inside.every((point) => point.isKnown) ? "" : "; not known where the line is dashed";
-  return `${times}: ${Math.max(0, inside.length - 1)} changes, from ${named(low)} to ${named(high)}${isKnown}`;
-}
-
 function alarms() {
   watch([]);
   const place = h("div", {});
@@ -888,7 +813,7 @@ function events() {
   }
   $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Latest events"),
     h("button", { onclick: load }, "Refresh")), said,
-  h("table", {}, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
+  h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
   load();
   return {};
 }

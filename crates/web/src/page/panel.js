@@ -3,7 +3,7 @@
 // whose functions it calls. Each kind of part is a function that returns its card (`card`), what each scan
 // changes in it (`update`), and what ends with the page (`leave`).
 
-const PARTS = { lamp: lampPart, button: commandPart, hold: holdPart, value: valuePart, bar: barPart, trend: trendPart };
+const PARTS = { mimic: mimicPart, alarms: alarmsPart, recipe: recipePart, lamp: lampPart, button: commandPart, hold: holdPart, value: valuePart, bar: barPart, trend: trendPart };
 
 function panel(name) {
   const all = state.panels, chosen = all.find((of) => of.name === name) || all[0];
@@ -20,7 +20,11 @@ function panel(name) {
   $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, chosen.name), ...all.filter((of) => of !== chosen)
     .map((of) => h("a", { href: "#panel/" + encodeURIComponent(of.name) }, of.name))),
   h("div", { class: "panel" }, ...parts.map((part) => part.card)));
-  watch(chosen.show.map((part) => part.operand));
+  const named = chosen.show.filter((part) => !["alarms", "recipe", "mimic"].includes(part.kind)).map((part) => part.operand);
+  // A drawing names its tags when it has come.
+  const look = () => watch([...named, ...parts.flatMap((part) => part.tags || [])]);
+  parts.forEach((part) => { if (part.load) part.load(look); });
+  look();
   const each = (what) => parts.forEach((part) => { if (part[what]) part[what](); });
   each("update");
   return { update() { each("update"); }, leave() { each("leave"); } };
@@ -58,9 +62,66 @@ function lampPart(part, label) {
   return { card: card(label, lamp), update() {
     const value = state.values[part.operand], on = isOutput(value) ? value.on : value;
     const sign = on === null ? "? " : on ? "● " : "○ ";
+    lamp.classList.add(part.color || "green");
     tell(lamp, value === undefined ? "…" : sign + (isOutput(value) ? outputText(value) : text(!!value)));
     lamp.classList.toggle("on", on === true);
   } };
+}
+
+// The alarms of a group, or all of them.
+function alarmsPart(part, label) {
+  const place = h("div", {}), isShown = (alarm) => part.operand === "*" || alarm.group === part.operand;
+  return { card: h("section", { class: "card wide" }, h("h3", {}, label === "*" ? "Alarms" : label), place),
+    update() { if (state.status) renew(place, alarmTable(state.status.alarms.filter(isShown))); } };
+}
+
+// A drawing, in which `data-` attributes bind colours, texts and visibility to tags. The server has made it
+// safe: what comes has shapes and texts alone.
+function mimicPart(part, label) {
+  const place = h("div", { class: "mimic" }), said = h("p", { class: "soft" });
+  const made = { card: h("section", { class: "card wide" }, h("h3", {}, label === part.operand ? null : label), place, said), tags: [],
+    async load(look) {
+      try {
+        const got = await get("/api/mimic", { operand: part.operand });
+        if (!place.isConnected) return;
+        const drawing = new DOMParser().parseFromString(got.svg, "image/svg+xml").documentElement;
+        place.replaceChildren(document.importNode(drawing, true));
+        const bound = [...place.querySelectorAll("[data-tag]")];
+        bound.forEach(bind);
+        made.tags = [...new Set(bound.map((of) => of.dataset.tag))];
+        const told = [got.unknown.length ? "not in the ladder: " + got.unknown.join(", ") : "",
+          got.left_out.length ? "left out of the drawing: " + got.left_out.join(", ") : ""];
+        tell(said, told.filter(Boolean).join("; "));
+        look();
+      } catch (error) { tell(said, error.message, "error"); }
+    },
+    update() { for (const of of place.querySelectorAll("[data-tag]")) showBound(of); } };
+  return made;
+}
+
+// A press on a part of a drawing asks why its tag has its value.
+function bind(element) {
+  const name = element.dataset.tag, ask = () => why(name);
+  element.setAttribute("tabindex", "0");
+  element.setAttribute("role", "button");
+  element.addEventListener("click", (event) => { event.stopPropagation(); ask(); });
+  element.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
+}
+
+function showBound(element) {
+  const { tag, on, off, show, text: shown, decimals, unit } = element.dataset;
+  const value = state.values[tag], driven = isOutput(value) ? value.on : value, is = !!driven;
+  const known = value !== undefined && driven !== null;
+  const set = (name, wanted) => { if (element.getAttribute(name) !== wanted) element.setAttribute(name, wanted); };
+  const colour = known ? is ? on : off : undefined;
+  // A line has no inside: its colour is that of its stroke.
+  if (colour) set(element.getAttribute("fill") === "none" || element.localName === "line" ? "stroke" : "fill", colour);
+  if (show !== undefined) set("visibility", !known || is === (show !== "off") ? "visible" : "hidden");
+  element.classList.toggle("unknown", !known);
+  const words = partText({ operand: tag, unit, decimals: decimals === undefined ? null : Math.min(6, Number(decimals) || 0), real: !Number.isInteger(value) }, value);
+  if (shown !== undefined && element.textContent !== words) element.textContent = words;
+  const label = `${tag}: ${words}`;
+  set("aria-label", label);
 }
 
 function barPart(part, label) {
@@ -76,11 +137,19 @@ function barPart(part, label) {
 
 function trendPart(part, label) {
   const canvas = h("canvas", { role: "img", "aria-label": "trend of " + label }), shown = shownValue(part);
+  let data = null, pointer = null;
+  const show = () => { if (data) draw(canvas, data, { from: 0, to: 1 }, part.limits, pointer); };
+  const named = (value) => (state.texts[part.operand] || {})[value] || numberOf(part, data.isBit ? !!value : value);
   const load = async () => {
-    try { draw(canvas, { ...await get("/api/trend", { operand: part.operand }), name: part.operand }, { from: 0, to: 1 }, part.limits); } catch { /* the link says it */ }
+    try {
+      const got = await get("/api/trend", { operand: part.operand });
+      data = { ...got, name: part.operand, named, isBit: got.points.some((point) => typeof point[2] === "boolean") };
+      show();
+    } catch { /* the link says it */ }
   };
+  pointAt(canvas, (at) => { pointer = at; show(); });
   setTimeout(load, 0);
-  const timer = setInterval(load, 5000);
+  const timer = setInterval(load, PANEL_TREND_EVERY);
   return { card: card(label, shown.place, canvas), update: shown.update, leave() { clearInterval(timer); } };
 }
 
@@ -272,7 +341,7 @@ function keypad(part, label, take) {
   };
   const press = (change) => () => { field.value = change(field.value); tell(wrong, ""); field.focus(); };
   const key = (sign, change, label) => h("button", { type: "button", class: "key", "aria-label": label, onclick: press(change) }, sign);
-  return [h("p", { class: "soft" }, `now ${partText(part, state.values[part.operand])}; takes ${limits}`),
+  return [h("p", { class: "soft" }, `now ${partText(part, part.value !== undefined ? part.value : state.values[part.operand])}; takes ${limits}`),
     h("form", { onsubmit: (event) => { event.preventDefault(); give(); } }, field, wrong,
       h("div", { class: "keys" }, ...KEYS.map(([sign, change]) => key(sign, change))),
       h("div", { class: "tools" }, key("⌫", (said) => said.slice(0, -1), "delete the last digit"),
