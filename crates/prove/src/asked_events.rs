@@ -12,7 +12,7 @@ use rungd_language::lower::judged::JudgeBlocks;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_state::retain::RetainPlan;
-use rungd_state::retain::plan::MemoryCount;
+use rungd_state::retain::plan::{MemoryCount, RestoredCell};
 
 /// What the events of a test file are about.
 pub(crate) struct EventQuestion<'a> {
@@ -71,18 +71,9 @@ impl EventQuestion<'_> {
 
     /// Whether anything is retained, and the cells of an image.
     fn retained(&self, code: &mut EngineProgram, keeps_images: bool) -> (bool, Vec<RetainedCell>) {
-        let (plain, symbols) = lower(self.program);
-        let controller = &self.suite.programs[0].controller;
-        let plan = RetainPlan::new(&controller.retain, self.program, &symbols);
-        if plan.is_empty() {
-            return (false, Vec::new());
-        }
-        let sizes =
-            MemoryCount { bits: plain.bit_count as usize, words: plain.word_count as usize };
-        let transfer = self.judges.transfer(&plain, code);
+        let restored = self.restored(code);
         let mut all: Vec<RetainedCell> = Vec::new();
-        for restored in plan.restored_cells(sizes) {
-            let cell = moved(restored.cell, &transfer);
+        for RestoredCell { cell, limits } in restored.iter().flatten().copied() {
             if all.iter().any(|known| known.cell == cell) {
                 continue;
             }
@@ -90,10 +81,26 @@ impl EventQuestion<'_> {
                 Cell::Word(_) => Cell::Word(fresh_word(code)),
                 Cell::Bit(_) | Cell::WordBit(_) => Cell::Bit(fresh_bit(code)),
             });
-            let limits = restored.limits.map(|[low, high]| KeptLimits { low, high });
+            let limits = limits.map(|[low, high]| KeptLimits { low, high });
             all.push(RetainedCell { cell, limits, image });
         }
-        (true, all)
+        (restored.is_some(), all)
+    }
+
+    /// The cells of the model that a new process restores; `None`: nothing is retained.
+    pub fn restored(&self, code: &EngineProgram) -> Option<Vec<RestoredCell>> {
+        let (plain, symbols) = lower(self.program);
+        let controller = &self.suite.programs[0].controller;
+        let plan = RetainPlan::new(&controller.retain, self.program, &symbols);
+        if plan.is_empty() {
+            return None;
+        }
+        let sizes =
+            MemoryCount { bits: plain.bit_count as usize, words: plain.word_count as usize };
+        let transfer = self.judges.transfer(&plain, code);
+        let restored = plan.restored_cells(sizes).into_iter();
+        let in_model = |one: RestoredCell| RestoredCell { cell: moved(one.cell, &transfer), ..one };
+        Some(restored.map(in_model).collect())
     }
 }
 

@@ -186,22 +186,16 @@ impl ModelledProgram<'_> {
         let mut all = free.all();
         all.extend(scan_times(program, &read, &cells));
         all.extend(lost.iter().flat_map(|device| device.inputs(&cells)));
-        let places: Vec<Address> = remembered.iter().map(|(place, _)| *place).collect();
-        let RetainedStart { free: at_start, unknown } =
-            retained(suite, lowered, &judged.code, &places);
+        let asked =
+            EventQuestion { suite, program, judges: judged.judges, remembered: &remembered };
+        let RetainedStart { free: at_start, unknown } = retained(&asked, lowered, &judged.code);
         let is_free = |cell: Cell, all: &[(FreeInput, NamedInput)]| {
             all.iter().any(|(known, _)| known.cell == cell)
         };
         let at_start = at_start.into_iter().filter(|(start, _)| !is_free(start.cell, &all));
-        let named = |(start, operand): (FreeInput, TestOperand)| {
-            let name = operand.name.clone();
-            (start, NamedInput { name, setting: InputSetting::Start(operand), is_written: false })
-        };
-        let at_start: Vec<_> = at_start.map(named).collect();
+        let at_start: Vec<_> = at_start.collect();
         all.extend(at_start);
         let mut code = free.with_any(&judged.code, &mut all);
-        let asked =
-            EventQuestion { suite, program, judges: judged.judges, remembered: &remembered };
         let events = asked.events(&mut code);
         let (free, inputs) = all.into_iter().unzip();
         let model = ProofModel {

@@ -1,75 +1,274 @@
-//! `from = "retained"`: what retentive memory may hold before the first scan.
+//! `from = "retained"`: what memory a process may find before its first scan.
 //!
 //! `question` calls it. A retained bit or word that something reads has any value within its limits
-//! there; a bit that OUT drives is OFF, because the pass before the first scan turns it OFF. A
-//! scenario sets the values by `set`.
+//! there; a bit that OUT alone drives is OFF, because the pass before the first scan turns it OFF.
+//! Of a retained counter or timer `.Acc` has any value, and so have its flags and what its
+//! instruction keeps, but for what every pass turns OFF: that a timer times, and the histories of
+//! edges. The pass behind a crash also resets what is not retained, and turns outputs OFF that
+//! begin ON. All this is more than a process finds, and holds for all that it can find. A scenario
+//! sets what a test can set by `set`.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use crate::any::readers;
-use crate::explore::effects::EffectCells;
+use crate::asked_events::EventQuestion;
+use crate::events::KeptLimits;
+use crate::explore::effects::{EffectCells, Effects};
 use crate::model::FreeInput;
-use rungd_engine::isa::Address;
-use rungd_engine::{Cell, Engine, EngineProgram, PassStep};
+use crate::named_input::{InputSetting, NamedInput};
+use rungd_engine::isa::{Address, Structure, Word};
+use rungd_engine::ops::{CounterRule, TimerRule};
+use rungd_engine::record::{FLAGS, RECORD, counter_state, sensaphone_state, timer_state};
+use rungd_engine::{BitCell, Cell, Engine, EngineProgram, PassStep, WordCell};
 use rungd_lab::rig::RigProgram;
-use rungd_lab::testing::{Suite, TestOperand};
+use rungd_lab::testing::TestOperand;
 
-/// The retained memory of a test file.
+/// What may be retained before the first scan.
 #[derive(Default)]
 pub(crate) struct RetainedStart {
     /// What is free before the first scan.
-    pub free: Vec<(FreeInput, TestOperand)>,
+    pub free: Vec<(FreeInput, NamedInput)>,
     /// What is retained, and no proof can vary yet.
     pub unknown: Option<String>,
 }
 
-/// What is free before the first scan. `remembered`: the places of `was(x)`.
+/// Why a test cannot set the flags of a retained structure.
+const BY_ITS_INSTRUCTION: &str = "retained flags, and what its instruction keeps";
+
+/// What is free before the first scan. `asked`: what a new process restores.
 pub(crate) fn retained(
-    suite: &Suite,
+    asked: &EventQuestion,
     rig: &RigProgram,
     code: &EngineProgram,
-    remembered: &[Address],
 ) -> RetainedStart {
-    let mut start = RetainedStart::default();
+    let suite = asked.suite;
+    let remembered = |(place, _): &(Address, Address)| code.layout.cell(*place).map(Cell::whole);
     if !suite.proof.from_retained {
-        return start;
+        return RetainedStart::default();
     }
+    let mut search = StartSearch {
+        rig,
+        code,
+        cold: Engine::new(code.clone()),
+        readers: readers(code),
+        driven: driven(code),
+        passed: code.tables.terminations.iter().filter_map(passed).collect(),
+        remembered: asked.remembered.iter().filter_map(remembered).collect(),
+        seen: HashSet::new(),
+        start: RetainedStart::default(),
+    };
     let controller = &suite.programs[0].controller;
     if !controller.retained_stages.is_empty() {
-        start.unknown = Some("`from`: retained Stages are not varied yet".to_owned());
+        search.unknown("`from`: retained Stages are not varied yet".to_owned());
     }
-    let (engine, numbers) = (Engine::new(code.clone()), EffectCells { bits: code.bit_count });
-    let readers = readers(code);
-    let driven: HashSet<Cell> =
-        code.tables.terminations.iter().filter_map(PassStep::bit_off).collect();
-    let mut seen = HashSet::new();
     for address in controller.retain.iter().flat_map(|range| range.addresses()) {
-        let limits = match address {
-            Address::Bit(_) => (0, 1),
-            Address::Word(word) => rig.symbols.limits(word),
-            Address::Structure(_) => {
-                let name = rig.symbols.names.name(address);
-                start.unknown = Some(format!("`from`: the retained {name} is not varied yet"));
-                continue;
+        match address {
+            Address::Structure(structure) => search.structure(structure),
+            Address::Bit(_) => search.value(address, BIT),
+            Address::Word(word) => {
+                let (low, high) = rig.symbols.limits(word);
+                search.value(address, KeptLimits { low, high });
             }
-        };
-        let (Some(cell), Some(own)) = (code.layout.cell(address), rig.symbols.layout.cell(address))
-        else {
-            continue;
-        };
-        let is_read = readers.contains_key(&numbers.of(cell));
-        if !is_read || driven.contains(&cell) || !seen.insert(cell) {
-            continue;
         }
-        let name = rig.symbols.names.name(address);
-        if remembered.contains(&address) {
-            start.unknown = Some(format!("`from`: `was({name})` of a retained value"));
-        }
-        let (low, high) = limits;
-        let cold = engine.image().value(cell);
-        let (low, high) = (low.min(cold), high.max(cold));
-        let operand = TestOperand { name, cell: own, input: None, device: None };
-        start.free.push((FreeInput { cell, low, high, cold: Some(cold) }, operand));
     }
-    start
+    // Where nothing is retained, each process begins cold.
+    if let Some(restored) = asked.restored(code) {
+        restored.iter().for_each(|one| search.history(one.cell));
+        code.tables.terminations.iter().for_each(|step| search.terminated(step));
+    }
+    search.start
 }
+
+/// The bits that a pass turns OFF, and that no operation writes whose pass does not.
+fn driven(code: &EngineProgram) -> HashSet<Cell> {
+    let (effects, mut writers) = (Effects::new(code), HashMap::<u32, usize>::new());
+    for batch in &code.tables.batches {
+        let written = code.tables.ops_of(*batch).flat_map(|op| effects.of(&op).writes);
+        let mut seen: Vec<u32> = written.collect();
+        seen.sort_unstable();
+        seen.into_iter().for_each(|cell| *writers.entry(cell).or_default() += 1);
+    }
+    let mut passes = HashMap::<u32, usize>::new();
+    for step in &code.tables.terminations {
+        if let PassStep::BitOff(bit) = step {
+            *passes.entry(*bit).or_default() += 1;
+        }
+    }
+    let is_driven = |(bit, passes): &(u32, usize)| writers.get(bit) == Some(passes);
+    passes.into_iter().filter(is_driven).map(|(bit, _)| Cell::Bit(BitCell(bit))).collect()
+}
+
+/// The record that a step of a pass resets.
+fn passed(step: &PassStep) -> Option<u32> {
+    match step {
+        PassStep::Counter(counter, _) => Some(counter.at),
+        PassStep::Timer(timer, _) => Some(timer.at),
+        PassStep::BitOff(_)
+        | PassStep::WordBitOff(_)
+        | PassStep::HistoryOff(_)
+        | PassStep::HoldTimer(_)
+        | PassStep::CountUp(_)
+        | PassStep::CountDown(_)
+        | PassStep::DisableTask(_)
+        | PassStep::Pick(_) => None,
+    }
+}
+
+/// The search for what is free.
+struct StartSearch<'a> {
+    rig: &'a RigProgram,
+    code: &'a EngineProgram,
+    /// Memory of a cold start.
+    cold: Engine,
+    readers: HashMap<u32, usize>,
+    /// The bits that are OFF behind every pass.
+    driven: HashSet<Cell>,
+    /// The records that a pass resets.
+    passed: HashSet<u32>,
+    /// The places of `was(x)`.
+    remembered: HashSet<Cell>,
+    seen: HashSet<Cell>,
+    start: RetainedStart,
+}
+
+impl StartSearch<'_> {
+    fn unknown(&mut self, cause: String) {
+        self.start.unknown = Some(cause);
+    }
+
+    /// A bit or word that a test can set.
+    fn value(&mut self, address: Address, limits: KeptLimits) {
+        let cells = [self.code.layout.cell(address), self.rig.symbols.layout.cell(address)];
+        let [Some(cell), Some(own)] = cells else { return };
+        let name = self.rig.symbols.names.name(address);
+        let operand = TestOperand { name: name.clone(), cell: own, input: None, device: None };
+        self.add(name, InputSetting::Start(operand), cell, limits);
+    }
+
+    /// A word that has any of its values.
+    fn word(&mut self, word: Word) {
+        let (low, high) = word.range();
+        self.value(Address::Word(word), KeptLimits { low, high });
+    }
+
+    fn add(&mut self, name: String, setting: InputSetting, cell: Cell, limits: KeptLimits) {
+        let number = EffectCells { bits: self.code.bit_count }.of(cell);
+        let cold = self.cold.image().value(cell);
+        let is_off = cold == 0 && self.driven.contains(&cell);
+        if is_off || !self.readers.contains_key(&number) || !self.seen.insert(cell) {
+            return;
+        }
+        if self.remembered.contains(&cell) {
+            self.unknown(format!("`from`: `was({name})` of a retained value"));
+        }
+        let (low, high) = (limits.low.min(cold), limits.high.max(cold));
+        let input = FreeInput { cell, low, high, cold: Some(cold) };
+        self.start.free.push((input, NamedInput { name, setting, is_written: false }));
+    }
+
+    /// What a crash leaves that the pass before the first scan writes, whether retained or not.
+    fn terminated(&mut self, step: &PassStep) {
+        let layout = &self.code.layout;
+        let structure = |at: u32| {
+            let address = layout.address(Cell::Word(WordCell(at)));
+            address.and_then(Address::structure)
+        };
+        match step {
+            PassStep::BitOff(bit) => {
+                let cell = Cell::Bit(BitCell(*bit));
+                if let (1, Some(at)) = (self.cold.image().value(cell), layout.address(cell)) {
+                    self.value(at, BIT);
+                }
+            }
+            PassStep::WordBitOff(bit) => {
+                let cell = Cell::WordBit(bit.0);
+                let word = layout.address(Cell::Word(bit.0.word));
+                if let (1, Some(Address::Word(word))) = (self.cold.image().value(cell), word) {
+                    self.word(word);
+                }
+            }
+            PassStep::Counter(counter, rule) => {
+                if let Some(structure) = structure(counter.at) {
+                    self.reset(structure, matches!(rule, CounterRule::Down(_)));
+                }
+            }
+            PassStep::Timer(timer, rule) => {
+                if let Some(structure) = structure(timer.at) {
+                    self.reset(structure, *rule == TimerRule::Preset);
+                }
+            }
+            PassStep::HistoryOff(_)
+            | PassStep::HoldTimer(_)
+            | PassStep::CountUp(_)
+            | PassStep::CountDown(_)
+            | PassStep::DisableTask(_)
+            | PassStep::Pick(_) => {}
+        }
+    }
+
+    /// A counter or timer that a pass may have reset, or that has not begun.
+    fn reset(&mut self, structure: Structure, to_preset: bool) {
+        if to_preset {
+            self.word(Word::Acc(structure));
+            self.own_bit(structure, FLAGS + counter_state::LOADED as usize);
+        }
+        let is_counter = matches!(structure, Structure::Counter(_));
+        let flags = if is_counter { 0..FLAGS } else { RESET..RESET + 2 };
+        flags.for_each(|place| self.own_bit(structure, place));
+    }
+
+    /// The history of an SR, which is retained with its bits. No other cell without an address is
+    /// left.
+    fn history(&mut self, cell: Cell) {
+        let layout = &self.code.layout;
+        let records = layout.structure_count() * RECORD as u32;
+        let is_of_record = matches!(cell, Cell::Bit(BitCell(bit)) if bit < records);
+        if layout.address(cell).is_none() && !is_of_record {
+            let setting = InputSetting::Any("the retained history of its `clk`");
+            self.add("SR".to_owned(), setting, cell, BIT);
+        }
+    }
+
+    /// A retained counter or timer.
+    fn structure(&mut self, structure: Structure) {
+        self.word(Word::Acc(structure));
+        if let Structure::Sensaphone(n) = structure {
+            self.word(Word::Pre(n));
+        }
+        for place in 0..RECORD {
+            if !self.is_turned_off(structure, place) {
+                self.own_bit(structure, place);
+            }
+        }
+    }
+
+    /// A bit of a structure's record, by its place.
+    fn own_bit(&mut self, structure: Structure, place: usize) {
+        let bit = self.code.layout.record_bits(structure).start + place as u32;
+        let name = self.rig.symbols.names.name(Address::Structure(structure));
+        let setting = InputSetting::Any(BY_ITS_INSTRUCTION);
+        self.add(name, setting, Cell::Bit(BitCell(bit)), BIT);
+    }
+
+    /// Whether a bit of a structure's record, by its place, is OFF behind every pass: its owner
+    /// alone turns it ON.
+    fn is_turned_off(&self, structure: Structure, place: usize) -> bool {
+        let owns = |state: u32| place == FLAGS + state as usize;
+        let has_pass = self.passed.contains(&self.code.layout.word(Word::Acc(structure)).0);
+        match structure {
+            Structure::Sensaphone(_) => {
+                [sensaphone_state::UP, sensaphone_state::DOWN].contains(&place)
+            }
+            Structure::Timer(_) => owns(timer_state::RUNNING) || has_pass && owns(timer_state::LEG),
+            Structure::Counter(_) => {
+                has_pass && (owns(counter_state::UP) || owns(counter_state::DN))
+            }
+        }
+    }
+}
+
+/// The values of a bit.
+const BIT: KeptLimits = KeptLimits { low: 0, high: 1 };
+
+/// The place of `.Reset` in a record; `.Zero` follows.
+const RESET: usize = 1;

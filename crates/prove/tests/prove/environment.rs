@@ -228,15 +228,62 @@ fn retained_memory_has_any_value_within_its_limits_before_the_first_scan() {
 }
 
 #[test]
-fn a_retained_counter_is_named_as_what_stands_in_the_way() {
+fn a_retained_counter_or_timer_has_any_value_before_the_first_scan() {
     let ladder = r#"
 [[program]]
 name = "Main"
-rung = [{ leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=3 dn-preset=0"] }]
+rung = [
+  { leg.up = ["X0"], leg.dn = ["X1"], do = ["UDCG CT0 up-preset=3 dn-preset=0"] },
+  { when = ["X2"], do = ["TMRAG T0 preset=30ms"] },
+  { when = ["CT0.Acc > 6"], do = ["OUT Y0"] },
+]
 "#;
+    let test = "always = [\"CT0.Acc != 5\", \"T0.Acc < 20 | X2\", \"Y0 | CT0.Acc < 7\", \
+                \"!CT0.Done | CT0.Acc >= 3\", \"!T0.Done | T0.Acc >= 30\"]\n\
+                [retain]\nranges = [\"CT0\", \"T0\"]\n[prove]\nfrom = \"retained\"\n";
+    let found = answers(ladder, test);
+    let expected = ["violated", "violated", "proved", "proved", "proved"];
+    assert_eq!(words_of(&found), expected, "{found:#?}");
+    let (scan, first) = violated(&found[0]);
+    assert_eq!(scan, 1, "{first}");
+    assert!(first.contains("set   = { \"CT0.Acc\" = "), "{first}");
+    assert!(scenario(&found[1]).contains("\"T0.Acc\" ="), "{}", scenario(&found[1]));
+    let told = "any value: CT0: retained flags, and what its instruction keeps\n";
+    assert!(found[2].text().contains(told), "{}", found[2].text());
+}
+
+#[test]
+fn what_the_pass_behind_a_crash_leaves_is_a_start_too() {
+    let ladder = r#"
+[tags]
+lamp = { at = "C0", initial = true }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["T0.Reset"], do = ["OUT Y0"] },
+  { when = ["!lamp"], do = ["OUT Y1"] },
+  { when = ["X0"], do = ["TMR T0 preset=30ms"] },
+  { when = ["X0"], do = ["OUT lamp"] },
+  { leg.data = ["$On"], leg.clk = ["X1"], leg.rst = ["$Off"], do = ["SR C8..C9"] },
+]
+"#;
+    let lines = "always = [\"!Y0 | !$FirstScan\", \"!Y1 | !$FirstScan\", \
+                 \"!$FirstScan | C8 | !X1\"]\n";
+    let test = |retain: &str| format!("{lines}{retain}[prove]\nfrom = \"retained\"\n");
+    let retain = "[retain]\nranges = [\"C8..C9\"]\n";
+    assert_eq!(words(ladder, &format!("{lines}{retain}")), ["proved"; 3]);
+    assert_eq!(words(ladder, &test("")), ["proved"; 3]);
+    // A test sets neither the flag of a timer nor the history of an SR.
+    let expected = ["not decided", "violated", "not decided"];
+    assert_eq!(words(ladder, &test(retain)), expected);
+}
+
+#[test]
+fn retained_stages_are_named_as_what_stands_in_the_way() {
+    let ladder = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"Idle\"\n\
+                  rung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
     let test =
-        "always = [\"CT0.Acc < 3\"]\n[retain]\nranges = [\"CT0\"]\n[prove]\nfrom = \"retained\"\n";
-    let found = &answers(ladder, test)[0];
-    let cause = cause(found);
-    assert_eq!(cause, "`from`: the retained CT0 is not varied yet");
+        "always = [\"!Y0 | X0\"]\n[retain]\nstages = [\"*\"]\n[prove]\nfrom = \"retained\"\n";
+    let found = answers(ladder, test);
+    assert_eq!(cause(&found[0]), "`from`: retained Stages are not varied yet");
 }

@@ -19,5 +19,6 @@ mod judged;
 mod lanes;
 mod mistake;
 mod rig_events;
+mod rig_retained;
 mod survey;
 mod ways;

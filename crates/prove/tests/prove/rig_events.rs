@@ -5,7 +5,7 @@
 //! `RUNGD_PROVE_RIG` (6) is the number of random programs, `RUNGD_PROVE_SEED` (1) the first seed.
 
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, Word, WordSpace};
-use rungd_engine::{BitCell, Cell, WordCell};
+use rungd_engine::{BitCell, Cell, Image, WordCell};
 use rungd_lab::rig::{PowerOff, Rig, RigMode, RigSetup};
 use rungd_lab::testing::read_suite;
 use rungd_prove::events::ScanEvent;
@@ -20,7 +20,7 @@ use std::fs;
 const NOW: PowerOff = PowerOff { down_ms: 0, lose_ms: 0 };
 
 /// The questions of a test file beside `ladder.toml` and, if it names it, `controller.toml`.
-fn questions(ladder: &str, controller: &str, test: &str) -> Questions {
+pub fn questions(ladder: &str, controller: &str, test: &str) -> Questions {
     let folder = TestFolder::new("prove-rig-events");
     let path = folder.path().join("a.test.toml");
     fs::write(folder.path().join("ladder.toml"), ladder).expect("a ladder");
@@ -49,38 +49,56 @@ fn happen(rig: &mut Rig, event: Option<ScanEvent>) {
     }
 }
 
-/// The cells that differ, but for the time of day, those that a run shows before the passes of a
-/// last scan, and the bits of devices, which each scan brings anew.
-fn differing(rig: &Rig, run: &Run) -> Vec<String> {
+/// The addresses of cells that differ, but for the time of day, those that a run shows before the
+/// passes of a last scan, and the bits of devices, which each scan brings anew.
+pub fn differing_at(rig: &Rig, run: &Run) -> Vec<Address> {
     let layout = &rig.program().symbols.layout;
     let model = &run.model().code.layout;
     let bits = (0..layout.bit_count()).map(|bit| Cell::Bit(BitCell(bit)));
     let words = (0..layout.word_count()).map(|word| Cell::Word(WordCell(word)));
-    let mut all = Vec::new();
-    for cell in bits.chain(words) {
-        let Some(address) = layout.address(cell) else { continue };
-        let is_status = match address {
+    let differs = |cell: Cell| {
+        let address = layout.address(cell)?;
+        let is_given = match address {
             Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..)) => true,
             Address::Word(Word::Space(WordSpace::Dst, _)) => true,
             Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
         };
-        let Some(of_model) = model.cell(address).filter(|_| !is_status) else { continue };
-        let values = [rig.image().value(cell), run.engine.image().value(of_model)];
-        if values[0] != values[1] {
-            all.push(format!("{address:?}: {} on the rig, {} in the proof", values[0], values[1]));
-        }
-    }
-    all
+        let of_model = model.cell(address).filter(|_| !is_given)?;
+        let is_same = rig.image().value(cell) == run.engine.image().value(of_model);
+        (!is_same).then_some(address)
+    };
+    bits.chain(words).filter_map(differs).collect()
+}
+
+/// The same for people.
+fn differing(rig: &Rig, run: &Run) -> Vec<String> {
+    let [own, model] = [&rig.program().symbols.layout, &run.model().code.layout];
+    let told = |address: Address| {
+        let value = |image: &Image, cell: Option<Cell>| cell.map(|cell| image.value(cell));
+        let of_rig = value(rig.image(), own.cell(address));
+        let of_proof = value(run.engine.image(), model.cell(address));
+        format!("{address:?}: {of_rig:?} on the rig, {of_proof:?} in the proof")
+    };
+    differing_at(rig, run).into_iter().map(told).collect()
+}
+
+/// Some retained ranges.
+pub fn retained_ranges(rng: &mut Rng) -> String {
+    let spaces =
+        ["C0..C7", "D0..D7", "V0..V3", "CT0..CT3", "T0..T3", "N0..N1", "R0..R3", "MC1..MC4"];
+    let ranges: Vec<String> =
+        spaces.iter().filter(|_| rng.chance(60)).map(|range| format!("\"{range}\"")).collect();
+    ranges.join(", ")
 }
 
 /// Whether the rig brings an input.
-fn is_brought(address: Option<Address>) -> bool {
+pub fn is_brought(address: Option<Address>) -> bool {
     let bits = |bit| matches!(bit, Bit::Space(BitSpace::X, _) | Bit::Device(..));
     matches!(address, Some(Address::Bit(bit)) if bits(bit))
 }
 
 /// Moves the inputs of the rig, and loses its devices or lets them come back.
-fn move_inputs(rig: &mut Rig, questions: &Questions, rng: &mut Rng) {
+pub fn move_inputs(rig: &mut Rig, questions: &Questions, rng: &mut Rng) {
     let layout = &questions.model.code.layout;
     for input in &questions.model.inputs {
         match layout.address(input.cell) {
@@ -150,16 +168,12 @@ fn random_programs_begin_again_in_a_proof_as_on_the_rig() {
     for seed in first..first + setting("RUNGD_PROVE_RIG", 6) {
         let case = generate(seed);
         let mut rng = Rng::new(seed ^ 0xB16);
-        let spaces =
-            ["C0..C7", "D0..D7", "V0..V3", "CT0..CT3", "T0..T3", "N0..N1", "R0..R3", "MC1..MC4"];
-        let ranges: Vec<String> =
-            spaces.iter().filter(|_| rng.chance(60)).map(|range| format!("\"{range}\"")).collect();
         let test = format!(
             "ladder = [\"ladder.toml\"]\nperiod = \"{period}ms\"\nalways = [\"!Y0 | rise(Y1)\"]\n\
              [retain]\nranges = [{ranges}]\nstages = [{stages}]\ninterval = \"10ms\"\n\
              [prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n",
             period = case.period.max(10),
-            ranges = ranges.join(", "),
+            ranges = retained_ranges(&mut rng),
             stages = if case.ladder().contains("[[program.stage]]") && rng.chance(70) {
                 "\"*\""
             } else {
