@@ -53,6 +53,16 @@ impl LadderBody<'_, '_> {
         Ok(FunctionResult::Number(calculation))
     }
 
+    /// TRUNC: a real without its fraction, as a DINT.
+    pub(super) fn truncated(&mut self, pin: &BlockPin) -> Result<FunctionResult, String> {
+        let value = self.pin_number(pin)?.fitted(IecType::Real)?;
+        let kind = IecType::named("DINT")?;
+        let texts = vec![kind.cut(&format!("trunc({})", value.text))];
+        let reads = value.reads;
+        let calculation = FunctionCalculation { kind, texts, reads, is_bit: false, guard: None };
+        Ok(FunctionResult::Number(calculation))
+    }
+
     /// A conversion of a TIME from or to a number, which is one of seconds in MatIEC's library, and
     /// of ms in CODESYS.
     fn time_conversion(

@@ -330,6 +330,9 @@ impl LadderBody<'_, '_> {
         if name == "SEL" {
             return self.selection(block);
         }
+        if let ("TRUNC", [pin]) = (name, pins) {
+            return self.truncated(pin);
+        }
         let are_powers: Result<Vec<bool>, String> =
             pins.iter().map(|pin| self.is_power(&pin.input)).collect();
         let are_powers = are_powers?;

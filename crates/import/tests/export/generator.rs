@@ -34,6 +34,8 @@ pub fn ladder(random: &mut SplitMix64) -> String {
         tags += &format!("rea{at} = {{ type = \"real\" }}\n");
     }
     tags += "small = { type = \"word\" }\nlevel = { type = \"int\", min = -20, max = 300 }\n";
+    tags += "list = { type = \"int\", count = 3, min = -90, max = 90 }\n";
+    tags += "flags = { type = \"bit\", count = 3 }\n";
     for at in 0..ladder.timers {
         tags += &format!("time{at} = {{ type = \"timer\" }}\n");
     }
@@ -98,7 +100,12 @@ impl Ladder<'_> {
                     _ => format!("{left} {operator} {right}"),
                 }
             }
-            6 => self.one_of(&["$FirstScan", "$On", "$Off", "in0", "in1"]),
+            6 => match self.below(6) {
+                0 => format!("flags[num{}]", self.below(3)),
+                1 => format!("list[num{}] > {}", self.below(3), self.below(9)),
+                2 => format!("num0 + {} * 2 > {}", self.number(), self.number()),
+                _ => self.one_of(&["$FirstScan", "$On", "$Off", "in0", "in1"]),
+            },
             7 | 8 => format!("({} | {})", self.contact(depth - 1), self.contact(depth - 1)),
             9 => format!("({} & {})", self.contact(depth - 1), self.contact(depth - 1)),
             10 => format!("rise({})", self.contact(depth - 1)),
@@ -120,7 +127,16 @@ impl Ladder<'_> {
 
     fn instruction(&mut self) -> String {
         let bit = format!("bit{}", self.below(6));
-        match self.below(11) {
+        match self.below(14) {
+            11 | 12 => format!("MATH {}", self.calculation()),
+            13 => {
+                let (at, constant) = (self.below(3), self.constant());
+                match self.below(3) {
+                    0 => format!("MOVE {constant} to=list[num{at}]"),
+                    1 => format!("ADD list[num{at}] 1 to=list[num{at}]"),
+                    _ => format!("MOVE rea0 to=num{at}"),
+                }
+            }
             0..=2 => {
                 self.outputs += 1;
                 let name = self.one_of(&["OUT", "OUT", "PD", "ND", "PONOFF"]);
@@ -147,6 +163,39 @@ impl Ladder<'_> {
                 }
             }
             _ => self.timer(),
+        }
+    }
+
+    /// A part of an expression.
+    fn term(&mut self, depth: u64) -> String {
+        match self.below(if depth == 0 { 5 } else { 12 }) {
+            0 | 1 => self.number(),
+            2 => self.below(50).to_string(),
+            3 => format!("bit{}", self.below(6)),
+            4 => match self.below(3) {
+                0 => format!("list[num{}]", self.below(3)),
+                1 => format!("flags[num{}]", self.below(3)),
+                _ => format!("rea{}", self.below(3)),
+            },
+            5 => format!("-({})", self.term(depth - 1)),
+            6 => format!("min({}, {}, 7)", self.term(depth - 1), self.term(depth - 1)),
+            7 => format!("clamp({}, -5, {})", self.term(depth - 1), self.term(0)),
+            8 => format!("if({} > 3, {}, {})", self.term(0), self.term(depth - 1), self.term(0)),
+            9 => format!("abs({})", self.term(depth - 1)),
+            _ => {
+                let operator = self.one_of(&["+", "-", "*", "/"]);
+                format!("({} {operator} {})", self.term(depth - 1), self.term(0))
+            }
+        }
+    }
+
+    fn calculation(&mut self) -> String {
+        let value = self.term(2);
+        match self.below(4) {
+            0 => format!("bit{} = {value} > {} || in0", self.below(6), self.term(0)),
+            1 => format!("rea{} = {value} * 0.3", self.below(3)),
+            2 => format!("list[num{}] = {value}", self.below(3)),
+            _ => format!("{} = {value}", self.number()),
         }
     }
 

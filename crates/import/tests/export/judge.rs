@@ -3,7 +3,7 @@
 
 use rungd_base::calendar::LocalTime;
 use rungd_base::random::SplitMix64;
-use rungd_engine::isa::{Address, Bit, BitSpace, Real, Word};
+use rungd_engine::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
 use rungd_engine::{Cell, Engine, EngineCall, ScanTimes};
 use rungd_import::model::Fate;
 use rungd_import::names::legal;
@@ -39,6 +39,9 @@ impl Judge<'_> {
             let name = self.name;
             assert!(!matches!(rung.fate, Fate::Todo(_)), "{name}: {} {:?}", rung.text, rung.fate);
         }
+        // Numbers of 64 bits are of 32 bits behind an import, which says so.
+        let fates = imported.outcome.rungs.iter().map(|rung| &rung.fate);
+        let is_exact = fates.into_iter().all(|fate| *fate == Fate::Exact);
         let mut round = plant::started(&imported);
         let mut plc = started(self.program.clone());
         let mut machine = Machine::new(&export.text);
@@ -46,7 +49,13 @@ impl Judge<'_> {
         for scan in 0..self.scans {
             plc.engine.begin_scan(now_ms * 1_000_000, &plc.times, &plc.local);
             round.engine.begin_scan(now_ms * 1_000_000, &round.times, &round.local);
-            for change in self.changes(&export, &plc, random) {
+            let mut changes = self.changes(&export, &plc, random);
+            let clock = export.variables.iter().filter(|place| is_clock(place.address));
+            changes.extend(clock.map(|place| {
+                let cell = plc.engine.image().value(cell(&plc, place.address));
+                Change { place, cell }
+            }));
+            for change in changes {
                 write(&mut plc, change.place.address, change.cell);
                 machine.set(&change.place.variable, value(change.place.address, change.cell));
                 let cell = round.cell(&legal(&change.place.variable));
@@ -62,7 +71,8 @@ impl Judge<'_> {
                 let VariableOfAddress { variable, address } = place;
                 let name = self.name;
                 assert_eq!(found, wanted, "{name}: {variable} ({address}) in scan {scan}");
-                assert_eq!(again, wanted, "{name}: {variable} imported, in scan {scan}");
+                let is_same = again == wanted || !is_exact;
+                assert!(is_same, "{name}: {variable} imported, in scan {scan}: {again}, {wanted}");
             }
             now_ms += 1 + below(random, self.step_ms_max);
         }
@@ -109,6 +119,11 @@ struct Change<'e> {
     cell: i32,
 }
 
+/// Whether a word is one of the time of day, which only rungd writes itself.
+fn is_clock(address: Address) -> bool {
+    matches!(address, Address::Word(Word::Space(WordSpace::Dst, _)))
+}
+
 /// Whether a value comes from outside in all three.
 fn is_input(plc: &Plc, address: Address) -> bool {
     match address {
@@ -122,7 +137,7 @@ fn is_input(plc: &Plc, address: Address) -> bool {
                     name == "to" && format!("{value:?}").contains(&format!("{word:?}"))
                 })
             });
-            matches!(word, Word::Space(..)) && !is_written
+            matches!(word, Word::Space(..)) && !is_written && !is_clock(address)
         }
         Address::Structure(_) => false,
     }
@@ -145,7 +160,7 @@ fn cell(plc: &Plc, address: Address) -> Cell {
 fn value(address: Address, cell: i32) -> Value {
     match address {
         Address::Bit(_) => Value::Bool(cell != 0),
-        Address::Word(word) if word.is_real() => Value::Real(Real::of_cell(cell).number()),
+        Address::Word(word) if word.is_real() => Value::Real(Real::of_cell(cell).number().into()),
         _ => Value::Whole(cell.into()),
     }
 }
@@ -154,7 +169,7 @@ fn content(value: Value) -> i32 {
     match value {
         Value::Bool(is_on) => i32::from(is_on),
         Value::Whole(value) => value as i32,
-        Value::Real(value) => Real::finite(value).unwrap().cell(),
+        Value::Real(value) => Real::finite(value as f32).unwrap().cell(),
     }
 }
 

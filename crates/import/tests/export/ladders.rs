@@ -57,7 +57,7 @@ fn shipped_ladders_do_the_same_behind_an_export_or_are_refused_by_name() {
             let name = path.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
             let Some(program) = program(&path) else { continue };
             all += 1;
-            let judge = Judge { name: &name, program: &program, scans: 100, step_ms_max: 400 };
+            let judge = Judge { name: &name, program: &program, scans: 50, step_ms_max: 400 };
             match judge.judge(&mut SplitMix64(7)) {
                 Ok(()) => {
                     done += 1;

@@ -15,14 +15,21 @@ fn random_ladders_do_the_same_behind_an_export_and_an_import() {
     let ladders = setting("RUNGD_EXPORT_LADDERS", 25);
     let scans = setting("RUNGD_EXPORT_SCANS", 60);
     let seed = setting("RUNGD_EXPORT_SEED", 1);
+    let mut done = 0;
     for number in 0..ladders {
         let mut random = SplitMix64(seed * 1_000_003 + number);
         let text = ladder(&mut random);
         let program = load(&text).unwrap_or_else(|errors| panic!("{errors}\n{text}"));
         let name = format!("ladder {number}\n{text}");
         let judge = Judge { name: &name, program: &program, scans, step_ms_max: 40 };
-        if let Err(refused) = judge.judge(&mut random) {
-            panic!("refused: {}\n{text}", refused.join(", "));
+        match judge.judge(&mut random) {
+            Ok(()) => done += 1,
+            // Products of many words.
+            Err(refused) => {
+                let is_large = refused.iter().all(|what| what.contains("beyond 64 bits"));
+                assert!(is_large, "{}\n{text}", refused.join(", "));
+            }
         }
     }
+    assert!(done * 10 > ladders * 8, "{done} of {ladders} ladders are exported");
 }

@@ -39,7 +39,7 @@ fn changes(random: &mut SplitMix64) -> Vec<(String, Value)> {
             changes.push((format!("dbl{at}"), Value::Whole(value.into())));
             changes.push((format!("uns{at}"), Value::Whole(below(random, 0x10000) as i64)));
             changes.push((format!("span{at}"), Value::Whole(below(random, 90) as i64 - 5)));
-            let real = (below(random, 2000) as f32 - 1000.0) / 8.0;
+            let real = (below(random, 2000) as f64 - 1000.0) / 8.0;
             changes.push((format!("rea{at}"), Value::Real(real)));
         }
     }
@@ -50,7 +50,7 @@ fn cell(value: Value) -> i32 {
     match value {
         Value::Bool(is_on) => i32::from(is_on),
         Value::Whole(value) => value as i32,
-        Value::Real(value) => Real::finite(value).unwrap().cell(),
+        Value::Real(value) => Real::finite(value as f32).unwrap().cell(),
     }
 }
 

@@ -67,8 +67,10 @@ fn instance(units: &[Unit], unit: usize) -> Instance {
         let name = variable.name.clone();
         let value = match variable.kind.as_str() {
             "BOOL" => Value::Bool(variable.initial == "TRUE"),
-            "REAL" => Value::Real(variable.initial.parse().unwrap_or(0.0)),
-            "INT" | "DINT" | "UINT" | "TIME" => Value::Whole(variable.initial.parse().unwrap_or(0)),
+            "REAL" | "LREAL" => Value::Real(variable.initial.parse().unwrap_or(0.0)),
+            "INT" | "DINT" | "LINT" | "UINT" | "TIME" => {
+                Value::Whole(variable.initial.parse().unwrap_or(0))
+            }
             kind => {
                 match units.iter().position(|unit| unit.name == kind) {
                     Some(inner) => drop(made.inner.insert(name, instance(units, inner))),
@@ -307,7 +309,7 @@ impl<'r> Run<'r> {
                 Some(Value::Bool(_)) => Value::Bool(false),
                 Some(Value::Real(_)) => Value::Real(0.0),
                 Some(Value::Whole(_)) => Value::Whole(0),
-                None if self.types(&pins) == "REAL" => Value::Real(0.0),
+                None if self.types(&pins).ends_with("REAL") => Value::Real(0.0),
                 None => Value::Whole(0),
             };
             let value = result.filter(|_| enabled).unwrap_or(zero);
@@ -352,6 +354,10 @@ impl<'r> Run<'r> {
 
     /// The type of the first number at the pins.
     fn types(&self, pins: &[InputPin]) -> String {
+        self.found_type(pins).unwrap_or_else(|| "BOOL".to_owned())
+    }
+
+    fn found_type(&self, pins: &[InputPin]) -> Option<String> {
         let variables = &self.units[self.instance.unit].variables;
         let result = |kind: &String| {
             let unit = self.units.iter().find(|unit| unit.name == *kind);
@@ -363,10 +369,15 @@ impl<'r> Run<'r> {
                 variables.iter().find(|one| one.name == *text).map(|one| one.kind.clone())
             }),
             Part::Block { kind, .. } if result(kind).is_some() => result(kind),
-            Part::Block { pins, instance, .. } if instance.is_empty() => Some(self.types(pins)),
+            Part::Block { kind, pins, instance } if instance.is_empty() => {
+                match kind.split_once("_TO_") {
+                    Some((_, to)) => Some(to.to_owned()),
+                    None if kind == "TRUNC" => Some("DINT".to_owned()),
+                    None => self.found_type(pins),
+                }
+            }
             _ => None,
         };
-        let kinds = pins.iter().filter(|pin| pin.name != "EN" && pin.name != "G").find_map(of);
-        kinds.unwrap_or_else(|| "BOOL".to_owned())
+        pins.iter().filter(|pin| pin.name != "EN" && pin.name != "G").find_map(of)
     }
 }

@@ -12,6 +12,7 @@ pub fn function(name: &str, kind: &str, given: &HashMap<String, Value>) -> Optio
         .chain(given.get("IN").copied().filter(|_| name != "LIMIT"))
         .collect();
     match name {
+        "TRUNC" => return Some(Value::Whole(number(all[0]).trunc() as i64)),
         "SEL" => return Some(given[if given["G"].is_on() { "IN1" } else { "IN0" }]),
         "MOVE" => return Some(all[0]),
         "LIMIT" => {
@@ -40,8 +41,15 @@ pub fn function(name: &str, kind: &str, given: &HashMap<String, Value>) -> Optio
         return Some(converted(all[0], kind, to));
     }
     let are_bits = all.iter().all(|value| matches!(value, Value::Bool(_)));
-    match if are_bits { "BOOL" } else { kind } {
-        "REAL" => real(name, &all),
+    // Literals alone have the widest type of their kind.
+    let kind = match all.first() {
+        _ if are_bits => "BOOL",
+        Some(Value::Real(_)) if kind == "BOOL" => "LREAL",
+        Some(_) if kind == "BOOL" => "LINT",
+        _ => kind,
+    };
+    match kind {
+        "REAL" | "LREAL" => real(name, kind, &all),
         "BOOL" => Some(Value::Bool(match name {
             "AND" => all.iter().all(|value| value.is_on()),
             "OR" => all.iter().any(|value| value.is_on()),
@@ -60,15 +68,30 @@ fn less(one: Value, other: Value) -> bool {
     }
 }
 
-fn real(name: &str, all: &[Value]) -> Option<Value> {
+fn number(value: Value) -> f64 {
+    match value {
+        Value::Real(value) => value,
+        Value::Whole(value) => value as f64,
+        Value::Bool(_) => panic!("a BOOL is no number"),
+    }
+}
+
+/// A real in its type. One of rungd stays at the largest number, and is never -0.
+fn fitted(kind: &str, value: f64) -> f64 {
+    match kind {
+        "REAL" => f64::from((value as f32).clamp(f32::MIN, f32::MAX)) + 0.0,
+        _ => value.clamp(f64::MIN, f64::MAX) + 0.0,
+    }
+}
+
+fn real(name: &str, kind: &str, all: &[Value]) -> Option<Value> {
     let value = |at: usize| match all[at] {
         Value::Real(value) => value,
         other => panic!("{name}: {other:?} is no REAL: {all:?}"),
     };
-    let values: Vec<f32> = (0..all.len()).map(value).collect();
-    // A REAL of rungd stays at the largest number, and has no -0.
-    let fits = |value: f32| value.clamp(f32::MIN, f32::MAX) + 0.0;
-    let fold = |of: fn(f32, f32) -> f32| {
+    let values: Vec<f64> = (0..all.len()).map(value).collect();
+    let fits = |value: f64| fitted(kind, value);
+    let fold = |of: fn(f64, f64) -> f64| {
         values.iter().copied().reduce(|one, other| fits(of(one, other))).map(Value::Real)
     };
     match name {
@@ -118,8 +141,8 @@ fn whole(name: &str, kind: &str, all: &[Value]) -> Option<Value> {
 fn converted(value: Value, from: &str, to: &str) -> Value {
     match (value, to) {
         (Value::Bool(is_on), to) => wrapped(to, i64::from(is_on)),
+        (Value::Real(real), "REAL" | "LREAL") => Value::Real(fitted(to, real)),
         (Value::Real(real), to) => {
-            let real = f64::from(real);
             // Beyond 64 bits C leaves the result open; rungd stays at their limit.
             let round = |real: f64| match real % 1.0 == 0.0 && real.abs() < 2f64.powi(62) {
                 true => (real as i64 / 2) * 2,
@@ -132,11 +155,12 @@ fn converted(value: Value, from: &str, to: &str) -> Value {
             }
         }
         (Value::Whole(ms), "REAL") if from == "TIME" => {
-            Value::Real(((ms / 1000) as f64 + (ms % 1000) as f64 / 1000.0) as f32)
+            Value::Real(fitted(to, (ms / 1000) as f64 + (ms % 1000) as f64 / 1000.0))
         }
         (Value::Whole(ms), to) if from == "TIME" => wrapped(to, ms / 1000),
         (Value::Whole(seconds), "TIME") => wrapped(to, seconds * 1000),
-        (Value::Whole(whole), "REAL") => Value::Real(whole as f32),
+        (Value::Whole(whole), "REAL") => Value::Real(f64::from(whole as f32)),
+        (Value::Whole(whole), "LREAL") => Value::Real(whole as f64),
         (Value::Whole(whole), to) => wrapped(to, whole),
     }
 }

@@ -5,7 +5,8 @@
 pub enum Value {
     Bool(bool),
     Whole(i64),
-    Real(f32),
+    /// Of a REAL or an LREAL.
+    Real(f64),
 }
 
 impl Value {
@@ -32,6 +33,7 @@ pub fn wrapped(kind: &str, value: i64) -> Value {
         "INT" => i64::from(value as i16),
         "UINT" => i64::from(value as u16),
         "DINT" => i64::from(value as i32),
+        "LINT" => value,
         "TIME" => value.clamp(i32::MIN.into(), i32::MAX.into()),
         _ => panic!("the type {kind}"),
     })

@@ -1,16 +1,15 @@
 //! Instructions of a ladder as acts: coils, MOVE and sums. Timers and counters: `owners`.
 
-use super::contacts::ExportedNumber;
-use super::functions::{difference, limited, number, sum};
+use super::elements::MovingPlace;
+use super::formula_values::{FormulaResult, StoredValue};
+use super::functions::{difference, of_two, sum};
 use super::library::LibraryBlock;
-use super::memory::real;
-use super::project::{
-    BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkPower, off, on,
-};
+use super::project::{CallSource, CoilAction, NetworkPower, off, on};
 use super::refusal::{self, ExportRefusal};
-use super::rungs::{InstructionLegs, RungExport};
-use rungd_engine::isa::{Address, Bit, LegName, Mnemonic, Real, Word};
-use rungd_language::resolve::operand_list::WordPlace;
+use super::rung_acts::{ExportedNumber, InstructionLegs, RungExport};
+use rungd_engine::isa::{Address, Bit, LegName, Mnemonic};
+use rungd_language::resolve::formula::{Binary, Formula, FormulaPart, NumberType};
+use rungd_language::resolve::operand_list::{FormulaTarget, WordPlace};
 use rungd_language::resolve::program::{Edge, Instruction, Value};
 
 /// The instructions that write a bit.
@@ -30,16 +29,26 @@ const RESETS: [Mnemonic; 2] = [Mnemonic::Rstt, Mnemonic::Rstct];
 const STAGES: &[Mnemonic] =
     &[Mnemonic::Jmp, Mnemonic::Sgset, Mnemonic::Sgrst, Mnemonic::Sgdivrg, Mnemonic::Sgconvrg];
 /// The instructions that could be exported.
-const NOT_YET: &[Mnemonic] = &[
-    Mnemonic::Ctu,
-    Mnemonic::Ctd,
-    Mnemonic::Res,
-    Mnemonic::Math,
-    Mnemonic::Copy,
-    Mnemonic::Fill,
-    Mnemonic::Pack,
-    Mnemonic::Unpack,
-    Mnemonic::Sr,
+const NOT_YET: &[Mnemonic] = &[Mnemonic::Pack, Mnemonic::Unpack];
+
+/// How an instruction becomes acts.
+type InstructionExport =
+    fn(&mut RungExport<'_, '_>, &Instruction, &InstructionLegs) -> Result<(), ExportRefusal>;
+/// The instructions that are exported by a function of their own.
+const OWN: [(Mnemonic, InstructionExport); 7] = [
+    (Mnemonic::Math, |rung, instruction, legs| rung.math(instruction, legs)),
+    (Mnemonic::Copy, |rung, instruction, legs| rung.copy(instruction, legs)),
+    (Mnemonic::Fill, |rung, instruction, legs| rung.fill(instruction, legs)),
+    (Mnemonic::Sr, |rung, instruction, legs| {
+        rung.shift(instruction, legs);
+        Ok(())
+    }),
+    (Mnemonic::Ctu, |rung, instruction, legs| rung.sensaphone(instruction, legs)),
+    (Mnemonic::Ctd, |rung, instruction, legs| rung.sensaphone(instruction, legs)),
+    (Mnemonic::Res, |rung, instruction, legs| {
+        rung.sensaphone_reset(instruction, legs);
+        Ok(())
+    }),
 ];
 
 impl RungExport<'_, '_> {
@@ -54,6 +63,8 @@ impl RungExport<'_, '_> {
             self.bit_instruction(instruction, legs)
         } else if STORES.contains(&mnemonic) {
             self.stored(instruction, legs)
+        } else if let Some((_, export)) = OWN.iter().find(|(own, _)| *own == mnemonic) {
+            export(self, instruction, legs)
         } else if RESETS.contains(&mnemonic) {
             self.reset(instruction, legs)
         } else if let Some(block) = LibraryBlock::of(mnemonic) {
@@ -104,59 +115,90 @@ impl RungExport<'_, '_> {
         legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let span = instruction.span;
-        let word = match instruction.operands.required("to") {
-            WordPlace::Word(word) => word,
-            WordPlace::Element(_) => {
-                return Err(ExportRefusal::new(span, "a moving index", refusal::NOT_YET));
+        let place: WordPlace = instruction.operands.required("to");
+        let a: Value = instruction.operands.required("a");
+        let b = instruction.operands.get::<Value>("b").map(|b| b.value);
+        let is_real = match place {
+            WordPlace::Word(word) => word.is_real(),
+            WordPlace::Element(element) => element.array.is_real(),
+        };
+        let first = self.number(a, span)?;
+        let second = b.map(|b| self.number(b, span)).transpose()?;
+        let is_sum = instruction.mnemonic == Mnemonic::Add;
+        let plain = match is_real {
+            true => real_result(first, second, is_sum),
+            false => whole_result(first, second, is_sum),
+        };
+        let value = match plain {
+            Some(source) => StoredValue::Plain(source),
+            None => {
+                let operator = if is_sum { Binary::Add } else { Binary::Subtract };
+                StoredValue::Formula(self.formula(&calculation(a, b, operator), span)?)
             }
         };
-        let a = self.number(instruction.operands.required::<Value>("a"), span)?;
-        let b = instruction.operands.get::<Value>("b");
-        let b = b.map(|b| self.number(b.value, span)).transpose()?;
-        let is_sum = instruction.mnemonic == Mnemonic::Add;
-        let source = match word.is_real() {
-            true => real_result(a, b, is_sum),
-            false => whole_result(a, b, is_sum),
-        };
-        let Some(source) = source else {
-            let name = instruction.mnemonic.spec().name;
-            let what = format!("{name} of whole numbers and reals together");
-            return Err(ExportRefusal::new(span, what, refusal::TYPES));
-        };
-        let source = self.within_limits(word, source);
-        self.store(word, source, legs.of(LegName::When));
+        let power = legs.of(LegName::When);
+        match place {
+            WordPlace::Word(word) => self.store_value(word, value, power),
+            WordPlace::Element(element) => {
+                let index = self.index(element, span)?;
+                self.store_element(
+                    &MovingPlace { array: element.array, index, span },
+                    value,
+                    power,
+                )?;
+            }
+        }
         Ok(())
     }
 
-    /// The value within the limits of a word and its tags.
-    fn within_limits(&self, word: Word, source: CallSource) -> CallSource {
-        let (low, high) = self.facts.limits.get(word);
-        if (low, high) == (Word::range(word)) && (word.is_real() || word.bit_count() == 32) {
-            return source;
+    /// MATH.
+    fn math(
+        &mut self,
+        instruction: &Instruction,
+        legs: &InstructionLegs,
+    ) -> Result<(), ExportRefusal> {
+        let span = instruction.span;
+        let Some(calculation) = &instruction.calculation else { return Ok(()) };
+        let power = legs.of(LegName::When);
+        let target: FormulaTarget = instruction.operands.required("target");
+        let index =
+            calculation.index.as_ref().map(|index| self.formula(index, span)).transpose()?;
+        let value = self.formula(&calculation.value, span)?;
+        match target {
+            FormulaTarget::Word(word) => {
+                self.store_value(word, StoredValue::Formula(value), power);
+            }
+            FormulaTarget::Bit(bit) if bit.of_word().is_some() => {
+                return Err(ExportRefusal::new(span, "a bit of a word", refusal::NOT_YET));
+            }
+            FormulaTarget::Bit(bit) => {
+                let state = self.as_power(value);
+                let state = self.kept_bit(state);
+                let bit = self.memory.variable(Address::Bit(bit));
+                self.store_bit(&bit, state, power);
+            }
+            FormulaTarget::Array(array) => {
+                let Some(FormulaResult::Whole(index)) = index else {
+                    return Err(ExportRefusal::new(span, "an index", refusal::NOT_YET));
+                };
+                let place = MovingPlace { array, index, span };
+                self.store_element(&place, StoredValue::Formula(value), power)?;
+            }
         }
-        if let CallSource::Text(text) = &source
-            && let Ok(constant) = text.parse::<i32>()
-            && !word.is_real()
-        {
-            return number(constant.clamp(low, high).into());
-        }
-        let limit = |cell: i32| match word.is_real() {
-            true => CallSource::Text(real(Real::of_cell(cell))),
-            false => number(cell.into()),
-        };
-        limited(limit(low), source, limit(high))
+        Ok(())
     }
+}
 
-    /// Writes a value to a word while a power is ON.
-    pub(super) fn store(&mut self, word: Word, source: CallSource, power: NetworkPower) {
-        let variable = self.memory.variable(Address::Word(word));
-        let mut inputs = vec![CallInput { pin: "IN", source }];
-        if power != NetworkPower::Constant(true) {
-            inputs.insert(0, CallInput { pin: "EN", source: CallSource::Power(power) });
-        }
-        let results = vec![CallResult { pin: "OUT", variable, is_coil: false }];
-        self.call(BlockCall::function("MOVE", inputs), results);
+/// The expression of a MOVE, ADD or SUB.
+fn calculation(a: Value, b: Option<Value>, operator: Binary) -> Formula {
+    let mut formula = a.formula();
+    if let Some(b) = b {
+        let is_real = a.is_real() || b.is_real();
+        let number_type = if is_real { NumberType::Real } else { NumberType::Integer };
+        formula.parts.extend(b.formula().parts);
+        formula.parts.push(FormulaPart::Binary(operator, number_type));
     }
+    formula
 }
 
 /// The sum, difference or copy of whole numbers.
@@ -176,7 +218,7 @@ fn real_result(a: ExportedNumber, b: Option<ExportedNumber>, is_sum: bool) -> Op
     let a = a.real_source()?;
     let name = if is_sum { "ADD" } else { "SUB" };
     match b {
-        Some(b) => Some(super::functions::of_two(name, a, b.real_source()?)),
+        Some(b) => Some(of_two(name, a, b.real_source()?)),
         None => Some(a),
     }
 }

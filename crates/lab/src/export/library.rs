@@ -6,6 +6,7 @@
 
 mod clock;
 mod counters;
+mod sensaphone;
 mod timers;
 
 use super::project::{ExportedUnit, VariableRole};
@@ -28,11 +29,13 @@ pub(super) enum LibraryBlock {
     Cntdn,
     /// UDC, UDCG.
     Udc,
+    Ctu,
+    Ctd,
 }
 
 impl LibraryBlock {
     /// All blocks.
-    pub(super) const ALL: [LibraryBlock; 9] = all_variants![
+    pub(super) const ALL: [LibraryBlock; 11] = all_variants![
         LibraryBlock::Clock,
         LibraryBlock::Tmr,
         LibraryBlock::Offdtmr,
@@ -42,6 +45,8 @@ impl LibraryBlock {
         LibraryBlock::Cnt,
         LibraryBlock::Cntdn,
         LibraryBlock::Udc,
+        LibraryBlock::Ctu,
+        LibraryBlock::Ctd,
     ];
 
     /// The block of a timer or counter; `None` for other instructions.
@@ -75,6 +80,8 @@ impl LibraryBlock {
             LibraryBlock::Cnt => "Rungd_CNT",
             LibraryBlock::Cntdn => "Rungd_CNTDN",
             LibraryBlock::Udc => "Rungd_UDC",
+            LibraryBlock::Ctu => "Rungd_CTU",
+            LibraryBlock::Ctd => "Rungd_CTD",
         }
     }
 
@@ -90,6 +97,8 @@ impl LibraryBlock {
             LibraryBlock::Cnt => counters::up(self.name()),
             LibraryBlock::Cntdn => counters::down(self.name()),
             LibraryBlock::Udc => counters::up_down(self.name()),
+            LibraryBlock::Ctu => sensaphone::up(self.name()),
+            LibraryBlock::Ctd => sensaphone::down(self.name()),
         }
     }
 

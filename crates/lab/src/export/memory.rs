@@ -214,9 +214,17 @@ fn located(address: Address) -> Option<String> {
     Some(format!("%{area}X{}.{}", number / 8, number % 8))
 }
 
-/// A real as a literal: `12.5`, `1.0E20`.
+/// A real as a literal of a REAL: `12.5`, `1.0E20`.
 pub(super) fn real(real: Real) -> String {
-    let text = format!("{:?}", real.number());
+    literal(format!("{:?}", real.number()))
+}
+
+/// A real as a literal of an LREAL, with all digits of its binary32.
+pub(super) fn long_real(real: Real) -> String {
+    literal(format!("{:?}", f64::from(real.number())))
+}
+
+fn literal(text: String) -> String {
     match text.split_once('e') {
         Some((digits, power)) if digits.contains('.') => format!("{digits}E{power}"),
         Some((digits, power)) => format!("{digits}.0E{power}"),

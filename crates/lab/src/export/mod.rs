@@ -8,6 +8,9 @@
 
 mod block_body;
 mod contacts;
+mod elements;
+mod formula;
+mod formula_values;
 mod functions;
 mod instructions;
 mod ladder_xml;
@@ -17,25 +20,28 @@ mod names;
 mod owners;
 mod project;
 mod refusal;
+mod rung_acts;
 mod rungs;
+mod sensaphone;
+mod status_bits;
+mod whole_arrays;
 mod xml;
 mod xml_text;
 
 use std::collections::{HashMap, HashSet};
 
-use library::LibraryBlock;
 use memory::ExportMemory;
 pub use memory::{OutsideValue, VariableOfAddress};
 use project::{
-    BlockCall, CallResult, CoilAction, ExportedNetwork, ExportedProject, ExportedUnit, NetworkBody,
-    NetworkCoil, NetworkPower,
+    CoilAction, ExportedNetwork, ExportedProject, ExportedUnit, NetworkBody, NetworkCoil,
+    NetworkPower,
 };
 pub use refusal::ExportRefusal;
-use rungd_engine::isa::{Address, Bit, OperandRole, Structure};
+use rung_acts::{ProgramFacts, RungExport};
+use rungd_engine::isa::{Address, Bit, LegName, Mnemonic, OperandRole, Structure};
 use rungd_language::lower::WordLimits;
-use rungd_language::resolve::program::{Block, BlockKind, Program};
+use rungd_language::resolve::program::{Block, BlockKind, Contact, Program, Rung};
 use rungd_language::resolve::reads::ReadOperand;
-use rungs::{ProgramFacts, RungExport};
 
 /// An exported ladder.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -64,7 +70,9 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
         for (at, rung) in block.rungs.iter().enumerate() {
             let label = rung.name.clone().unwrap_or_else(|| format!("{}_{}", block.name, at + 1));
             rungs += 1;
-            match RungExport::new(&facts, &mut memory, label).networks(rung) {
+            let mut export = RungExport::new(&facts, &mut memory, label);
+            export.is_first_scan = block.kind == BlockKind::FirstScan;
+            match export.networks(rung) {
                 Ok(made) => networks.extend(with_heading(made, block, at)),
                 Err(refusal) => refusals.push(refusal),
             }
@@ -74,7 +82,7 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
         return Err(refusals);
     }
     let name = names::legal(&program.name);
-    let networks = [top(&mut memory), networks, end(&mut memory)].concat();
+    let networks = [status_bits::top(&mut memory), networks, end(&mut memory)].concat();
     let mut units: Vec<ExportedUnit> = memory.blocks.iter().map(|block| block.unit()).collect();
     units.push(ExportedUnit {
         name: name.clone(),
@@ -93,22 +101,28 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
 fn always_running<'p>(program: &'p Program, refusals: &mut Vec<ExportRefusal>) -> Vec<&'p Block> {
     let of_kind = |kind| program.blocks.iter().filter(move |block| block.kind == kind);
     let order = program.order.iter().map(|id| program.block(*id));
-    let all = of_kind(BlockKind::TopOfScan).chain(order).chain(of_kind(BlockKind::BottomOfScan));
+    let all = of_kind(BlockKind::FirstScan)
+        .chain(of_kind(BlockKind::TopOfScan))
+        .chain(order)
+        .chain(of_kind(BlockKind::BottomOfScan));
     let mut running = Vec::new();
     for block in all {
-        let is_always =
-            block.autostart || matches!(block.kind, BlockKind::TopOfScan | BlockKind::BottomOfScan);
+        let is_always = block.autostart
+            || matches!(block.kind, BlockKind::TopOfScan | BlockKind::BottomOfScan)
+            || block.kind == BlockKind::FirstScan && leaves_nothing_to_terminate(block);
         if !block.stages.is_empty() {
             let what = format!("the Stages of {}", block.name);
             refusals.push(ExportRefusal::new(block.span, what, refusal::STAGES));
         } else if is_always {
             running.push(block);
+        } else if block.rungs.is_empty() && block.kind.is_built_in() {
+            // It is not in the file.
         } else {
             let what = format!("{} {}, which starts and stops", block.kind.title(), block.name);
             refusals.push(ExportRefusal::new(block.span, what, refusal::BLOCKS));
         }
     }
-    for kind in [BlockKind::FirstScan, BlockKind::LastScan, BlockKind::Subroutine] {
+    for kind in [BlockKind::LastScan, BlockKind::Subroutine] {
         for block in of_kind(kind).filter(|block| !block.rungs.is_empty()) {
             let what = format!("{} {}", kind.title(), block.name);
             refusals.push(ExportRefusal::new(block.span, what, refusal::BLOCKS));
@@ -116,6 +130,49 @@ fn always_running<'p>(program: &'p Program, refusals: &mut Vec<ExportRefusal>) -
     }
     running
 }
+
+/// Whether the pass behind the first scan changes nothing of the Task of the first scan: it has
+/// only what acts while its rung is ON and stays.
+fn leaves_nothing_to_terminate(block: &Block) -> bool {
+    let is_kept = |rung: &Rung| {
+        let is_plain = rung.legs.iter().all(|leg| leg.name == LegName::When);
+        let body = rung.instructions();
+        is_plain
+            && body.into_iter().all(|(_, instruction)| KEPT.contains(&instruction.mnemonic))
+            && contacts(rung).all(|contact| !has_edge(contact))
+    };
+    block.rungs.iter().all(is_kept)
+}
+
+/// Whether a contact has an edge in it.
+fn has_edge(contact: &Contact) -> bool {
+    match contact {
+        Contact::Edge(..) => true,
+        Contact::Not(inner, _) => has_edge(inner),
+        Contact::All(parts, _) | Contact::Any(parts, _) => parts.iter().any(has_edge),
+        Contact::Bit(..) | Contact::Element(..) | Contact::Compare(..) | Contact::Computed(..) => {
+            false
+        }
+    }
+}
+
+/// The contacts of a rung and its branches.
+fn contacts(rung: &Rung) -> impl Iterator<Item = &Contact> {
+    let legs = rung.legs.iter().flat_map(|leg| &leg.contacts);
+    legs.chain(rung.branches.iter().flat_map(|branch| &branch.contacts))
+}
+
+/// The instructions that do nothing while their rung is OFF, and whose results a pass keeps.
+const KEPT: [Mnemonic; 8] = [
+    Mnemonic::Set,
+    Mnemonic::Rst,
+    Mnemonic::Move,
+    Mnemonic::Add,
+    Mnemonic::Sub,
+    Mnemonic::Math,
+    Mnemonic::Copy,
+    Mnemonic::Fill,
+];
 
 /// What the rungs need to know of the whole program.
 fn facts(program: &Program) -> ProgramFacts<'_> {
@@ -130,11 +187,7 @@ fn facts(program: &Program) -> ProgramFacts<'_> {
         }
     }
     let rungs = program.parts().flat_map(|part| part.rungs);
-    let contacts = rungs.flat_map(|rung| {
-        let legs = rung.legs.iter().flat_map(|leg| &leg.contacts);
-        legs.chain(rung.branches.iter().flat_map(|branch| &branch.contacts))
-    });
-    let by_contacts = contacts.flat_map(|contact| contact.reads_of_all());
+    let by_contacts = rungs.flat_map(contacts).flat_map(|contact| contact.reads_of_all());
     let by_instructions = program.instructions().flat_map(|(_, instruction)| instruction.reads());
     let flags = by_contacts.chain(by_instructions).filter_map(|operand| match operand {
         ReadOperand::Address(Address::Bit(bit @ Bit::Flag(..))) => Some(bit),
@@ -157,20 +210,6 @@ fn with_heading(
         first.doc = parts.collect::<Vec<_>>().join(". ");
     }
     networks
-}
-
-/// The networks before all others: the time since the last scan.
-fn top(memory: &mut ExportMemory<'_>) -> Vec<ExportedNetwork> {
-    if !memory.has_shared("Elapsed") {
-        return Vec::new();
-    }
-    let variable = memory.shared("Elapsed", "DINT");
-    let block = LibraryBlock::Clock;
-    let instance = Some(memory.instance("Clock", block));
-    let call = BlockCall { type_name: block.name().to_owned(), instance, inputs: Vec::new() };
-    let results = vec![CallResult { pin: "Elapsed", variable, is_coil: false }];
-    let body = NetworkBody::Call { call, results };
-    vec![ExportedNetwork { doc: "Whole ms since the last scan".to_owned(), body }]
 }
 
 /// The networks behind all others: the end of the first scan.

@@ -8,7 +8,7 @@ use super::functions::{self, number};
 use super::library::LibraryBlock;
 use super::project::{BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkPower, on};
 use super::refusal::ExportRefusal;
-use super::rungs::{InstructionLegs, RungExport};
+use super::rung_acts::{InstructionLegs, RungExport};
 use rungd_engine::isa::{Address, Bit, Flag, LegName, Mnemonic, Structure, Word};
 use rungd_language::resolve::program::{Instruction, Value};
 

@@ -32,8 +32,11 @@ pub(super) const STOP: &str = "\
 /// The remedy for status bits.
 pub(super) const STATUS: &str =
     "no other controller has it: leave it out, or write what it tells by rungs";
-/// The remedy for arithmetic of several types.
-pub(super) const TYPES: &str = "MOVE the whole number to a real of its own first, and use that one";
+/// The remedy for large numbers.
+pub(super) const BEYOND: &str =
+    "split it into several MATHs: each stores its result within the limits of a word";
+/// The remedy for long arrays.
+pub(super) const LONG: &str = "an array with a moving index has at most 64 elements there";
 /// The remedy for what a later version may export.
 pub(super) const NOT_YET: &str =
     "write it with bits, MOVE, ADD, SUB and compares: rungd exports no other form of it yet";

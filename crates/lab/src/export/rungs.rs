@@ -6,82 +6,16 @@
 //! in a bit first. Coils of one rung share a network, as long as none changes what a later one
 //! reads.
 
-use std::collections::{HashMap, HashSet};
-
-use super::memory::ExportMemory;
-use super::project::{
-    BlockCall, CallResult, CoilAction, ExportedNetwork, NetworkBody, NetworkCoil, NetworkPower, on,
-};
+use super::project::{CoilAction, ExportedNetwork, NetworkBody, NetworkCoil, NetworkPower, on};
 use super::refusal::ExportRefusal;
-use rungd_engine::isa::{Bit, LegName, Structure};
-use rungd_language::lower::WordLimits;
-use rungd_language::resolve::program::{Instruction, Program, Rung};
+use super::rung_acts::{InstructionLegs, LegPower, RungAct, RungExport};
+use rungd_engine::isa::LegName;
+use rungd_language::resolve::program::{Instruction, Rung};
 
 /// Contacts that are written again for each network, instead of a bit that keeps their power.
 const REPEATED_MAX: usize = 3;
 
-/// What a rung does, in its order.
-#[derive(Clone, Debug)]
-pub(super) enum RungAct {
-    Coil(NetworkCoil),
-    Call { call: BlockCall, results: Vec<CallResult> },
-}
-
-/// What the rungs of a program share.
-pub(super) struct ProgramFacts<'p> {
-    pub(super) program: &'p Program,
-    pub(super) limits: WordLimits,
-    /// The timers and counters that a RSTT or RSTCT resets.
-    pub(super) reset: HashSet<Structure>,
-    /// The instructions that own timers and counters.
-    pub(super) owners: HashMap<Structure, &'p Instruction>,
-    /// The flags of timers and counters that the ladder reads.
-    pub(super) read_flags: HashSet<Bit>,
-}
-
-/// A rung that is being exported.
-pub(super) struct RungExport<'e, 'p> {
-    pub(super) program: &'p Program,
-    pub(super) facts: &'e ProgramFacts<'p>,
-    pub(super) memory: &'e mut ExportMemory<'p>,
-    /// The beginning of the names of its variables.
-    pub(super) label: String,
-    pub(super) acts: Vec<RungAct>,
-}
-
-/// The power of an instruction's legs.
-pub(super) struct InstructionLegs(Vec<LegPower>);
-
-/// The power of a leg.
-struct LegPower {
-    name: LegName,
-    power: NetworkPower,
-}
-
-impl InstructionLegs {
-    /// The power of a leg; an open end, if the instruction has no such leg.
-    pub(super) fn of(&self, name: LegName) -> NetworkPower {
-        let found = self.0.iter().find(|leg| leg.name == name);
-        found.map_or(NetworkPower::Constant(false), |leg| leg.power.clone())
-    }
-
-    /// The power of a rung with one leg.
-    fn of_rung() -> InstructionLegs {
-        let power = NetworkPower::OfRung { is_negated: false };
-        InstructionLegs(vec![LegPower { name: LegName::When, power }])
-    }
-}
-
-impl<'e, 'p> RungExport<'e, 'p> {
-    /// A rung that is named so among the variables.
-    pub(super) fn new(
-        facts: &'e ProgramFacts<'p>,
-        memory: &'e mut ExportMemory<'p>,
-        label: String,
-    ) -> RungExport<'e, 'p> {
-        RungExport { program: facts.program, facts, memory, label, acts: Vec::new() }
-    }
-
+impl RungExport<'_, '_> {
     /// The networks of a rung.
     ///
     /// # Errors
@@ -116,7 +50,10 @@ impl<'e, 'p> RungExport<'e, 'p> {
 
     fn plain(&mut self, rung: &Rung) -> Result<Vec<ExportedNetwork>, ExportRefusal> {
         let contacts = rung.legs.iter().flat_map(|leg| &leg.contacts).cloned();
-        let power = self.series(&contacts.collect::<Vec<_>>())?;
+        let mut power = self.series(&contacts.collect::<Vec<_>>())?;
+        if self.is_first_scan {
+            power = NetworkPower::all([on(&self.memory.shared("FirstScan", "BOOL")), power]);
+        }
         let before = std::mem::take(&mut self.acts);
         self.instructions(&rung.body)?;
         for branch in &rung.branches {
@@ -221,35 +158,6 @@ impl<'e, 'p> RungExport<'e, 'p> {
         match power == NetworkPower::Constant(false) {
             true => on(&self.memory.shared("Never", "BOOL")),
             false => power,
-        }
-    }
-}
-
-impl RungAct {
-    fn has_rung(&self) -> bool {
-        match self {
-            RungAct::Coil(coil) => coil.power.has_rung(),
-            RungAct::Call { call, .. } => call.has_rung(),
-        }
-    }
-
-    /// The variables that it writes.
-    fn writes(&self) -> impl Iterator<Item = &str> {
-        let (coil, results) = match self {
-            RungAct::Coil(coil) => (Some(coil.variable.as_str()), &[][..]),
-            RungAct::Call { results, .. } => (None, results.as_slice()),
-        };
-        coil.into_iter().chain(results.iter().map(|result| result.variable.as_str()))
-    }
-
-    fn with_rung(self, rung: &NetworkPower) -> RungAct {
-        match self {
-            RungAct::Coil(coil) => {
-                RungAct::Coil(NetworkCoil { power: coil.power.with_rung(rung), ..coil })
-            }
-            RungAct::Call { call, results } => {
-                RungAct::Call { call: call.mapped(&|power| power.with_rung(rung)), results }
-            }
         }
     }
 }

@@ -68,7 +68,8 @@ fn unit(unit: &ExportedUnit) -> String {
 fn variable(variable: &ExportedVariable) -> String {
     let ExportedVariable { name, type_name, address, initial, doc, .. } = variable;
     let address = address.as_ref().map(|address| format!(" address=\"{address}\""));
-    let is_elementary = ["BOOL", "DINT", "REAL", "TIME"].contains(&type_name.as_str());
+    let is_elementary =
+        ["BOOL", "DINT", "LINT", "REAL", "LREAL", "TIME"].contains(&type_name.as_str());
     let type_name = match is_elementary {
         true => format!("<{type_name}/>"),
         false => format!("<derived name=\"{type_name}\"/>"),

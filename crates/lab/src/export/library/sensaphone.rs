@@ -1,0 +1,47 @@
+//! The counters of the Sensaphone SCADA 3000: semantics, section 5.
+
+use crate::export::block_body::BlockBody;
+use crate::export::functions::{number, of_two, select, text};
+use crate::export::project::{ExportedUnit, NetworkPower, off, on};
+
+/// CTU.
+pub(super) fn up(name: &str) -> ExportedUnit {
+    counter(name, ["Ov", "NewOv", "Un", "NewUn"], ["ADD", "32767", "-32768"])
+}
+
+/// CTD.
+pub(super) fn down(name: &str) -> ExportedUnit {
+    counter(name, ["Un", "NewUn", "Ov", "NewOv"], ["SUB", "-32768", "32767"])
+}
+
+/// A step over the limit of 16 bits turns its own flag ON, or the opposite one OFF.
+fn counter(
+    name: &str,
+    [own, new_own, other, new_other]: [&str; 4],
+    [step, limit, beyond]: [&str; 3],
+) -> ExportedUnit {
+    let doc = if step == "ADD" { "CTU of rungd" } else { "CTD of rungd" };
+    BlockBody::new(name, doc)
+        .inputs("BOOL", &["Leg", "Ov", "Un"])
+        .inputs("DINT", &["Pre", "Acc"])
+        .outputs("DINT", &["NewAcc"])
+        .outputs("BOOL", &["Enabled", "Dn", "NewOv", "NewUn"])
+        .locals("BOOL", &["counts", "was_on", "ends", "wraps"])
+        .coil("counts", NetworkPower::all([on("Leg"), off("was_on")]))
+        .coil("was_on", on("Leg"))
+        .coil("Enabled", on("Leg"))
+        .compare("ends", "EQ", [text("Acc"), text(limit)])
+        .coil("wraps", NetworkPower::all([on("counts"), on("ends")]))
+        .store(
+            "NewAcc",
+            select(
+                on("counts"),
+                text("Acc"),
+                select(on("wraps"), of_two(step, text("Acc"), number(1)), text(beyond)),
+            ),
+        )
+        .coil(new_own, NetworkPower::any([on(own), NetworkPower::all([on("wraps"), off(other)])]))
+        .coil(new_other, NetworkPower::all([on(other), off("wraps")]))
+        .compare("Dn", "GE", [text("NewAcc"), text("Pre")])
+        .0
+}
