@@ -8,10 +8,14 @@
 
 use super::drawn::{Drawn, drawn};
 use super::exhaust::{Exhausted, exhaust};
+use rungd_engine::isa::{Structure, Word};
+use rungd_engine::record::{FLAGS, timer_state};
+use rungd_engine::{BitCell, Cell, Engine};
 use rungd_prove::deduce::Patience;
 use rungd_prove::explore::{ExploreLimits, Explored, explore};
-use rungd_prove::model::{Path, Run, Target};
+use rungd_prove::model::{FreeInput, Path, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
+use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -124,6 +128,45 @@ fn all_ways_agree_about_random_programs() {
         for bit in &drawn.model.judged {
             judge(&drawn, Target { bit: *bit, value: seed % 2 == 0 }, &mut tally);
         }
+    }
+    println!("{count} programs: {tally:?}");
+    assert!(tally.never + tally.found > 0, "{tally:?}");
+}
+
+/// The same model, in which some counters and timers begin with any flags, and what their
+/// instructions keep: all but that a timer times.
+fn with_structures_at_start(mut drawn: Drawn, rng: &mut Rng) -> Drawn {
+    let layout = &drawn.model.code.layout;
+    let mut cells = Vec::new();
+    for structure in [Structure::Counter(0), Structure::Timer(0), Structure::Counter(1)] {
+        let record = layout.record_bits(structure);
+        let is_running = |bit: &u32| {
+            let place = record.start + FLAGS as u32 + timer_state::RUNNING;
+            matches!(structure, Structure::Timer(_)) && *bit == place
+        };
+        let all = record.clone().filter(|bit| !is_running(bit)).map(|bit| Cell::Bit(BitCell(bit)));
+        cells.extend(all.chain([Cell::Word(layout.word(Word::Acc(structure)))]));
+    }
+    let cold = Engine::new(drawn.model.code.clone());
+    for cell in cells.into_iter().filter(|_| rng.chance(10)) {
+        let low = cold.image().value(cell).min(0);
+        let input = FreeInput { cell, low, high: 1, cold: Some(cold.image().value(cell)) };
+        if drawn.model.inputs.iter().all(|known| known.cell != cell) {
+            drawn.model.inputs.push(input);
+        }
+    }
+    drawn
+}
+
+#[test]
+fn all_ways_agree_about_random_programs_that_begin_with_retained_structures() {
+    let (first, count) = (setting("RUNGD_PROVE_SEED", 1), setting("RUNGD_PROVE_WAYS", 6));
+    let mut tally = Tally::default();
+    // Other programs than those above.
+    for seed in first + count..first + 2 * count {
+        let drawn = with_structures_at_start(drawn(seed), &mut Rng::new(seed ^ 0x57A7));
+        let bit = drawn.model.judged[seed as usize % drawn.model.judged.len()];
+        judge(&drawn, Target { bit, value: seed % 2 == 0 }, &mut tally);
     }
     println!("{count} programs: {tally:?}");
     assert!(tally.never + tally.found > 0, "{tally:?}");
