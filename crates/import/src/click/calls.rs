@@ -1,6 +1,6 @@
 //! Coils, copies and sums of CLICK.
 
-use super::address::bank_and_number;
+use super::address::addresses;
 use super::operand::ClickType;
 use super::work::{ClickCall, RungWork};
 use crate::condition::RungCondition;
@@ -25,15 +25,9 @@ impl RungWork<'_> {
 
     /// The bits of `C1` or `C1..C4`.
     fn range(&mut self, text: &str) -> Result<Vec<String>, String> {
-        let (first, last) = text.split_once("..").unwrap_or((text, text));
-        let (bank, from) = bank_and_number(first.trim())?;
-        let (other, to) = bank_and_number(last.trim())?;
-        if bank != other || to < from || to - from > 255 {
-            return Err(format!("the range `{text}`"));
-        }
         let mut bits = Vec::new();
-        for number in from..=to {
-            let found = self.memory.address(&format!("{bank}{number}"))?;
+        for address in addresses(text)? {
+            let found = self.memory.address(&address)?;
             if found.kind != ClickType::Bit {
                 return Err(format!("the number `{text}` where a bit is wanted"));
             }
@@ -47,7 +41,44 @@ impl RungWork<'_> {
         if call.option("convert").is_some() {
             return Err("a copy that converts".to_owned());
         }
-        let (source, target) = (self.memory.number(call.at(0)?)?, self.target(call.at(1)?)?);
+        self.copied(call.at(0)?, call.at(1)?, power)
+    }
+
+    /// `fill(0,DS1..DS4)`: a copy into each address.
+    pub(super) fn fill(&mut self, call: &ClickCall, power: &RungCondition) -> Result<(), String> {
+        let source = call.at(0)?;
+        for target in addresses(call.at(1)?)? {
+            self.copied(source, &target, power)?;
+        }
+        Ok(())
+    }
+
+    /// `blockcopy(DS1..DS4,DS11..DS14)`: all are read before the first one is written.
+    pub(super) fn block_copy(
+        &mut self,
+        call: &ClickCall,
+        power: &RungCondition,
+    ) -> Result<(), String> {
+        if call.option("convert").is_some() {
+            return Err("a copy that converts".to_owned());
+        }
+        let (mut from, mut to) = (addresses(call.at(0)?)?, addresses(call.at(1)?)?);
+        if from.len() != to.len() {
+            return Err("ranges of different lengths".to_owned());
+        }
+        // Where the ranges overlap, the end that is read later is written first.
+        if from.contains(&to[0]) {
+            from.reverse();
+            to.reverse();
+        }
+        for (source, target) in from.iter().zip(&to) {
+            self.copied(source, target, power)?;
+        }
+        Ok(())
+    }
+
+    fn copied(&mut self, source: &str, target: &str, power: &RungCondition) -> Result<(), String> {
+        let (source, target) = (self.memory.number(source)?, self.target(target)?);
         let (from, to) = (&source.text, &target.text);
         let text = match (source.kind, target.kind) {
             (ClickType::Long, ClickType::Short) => {

@@ -23,6 +23,8 @@ impl RungWork<'_> {
             "off_delay" => self.off_delay(powered),
             "count_up" | "count_down" => self.count(powered),
             "copy" => self.copy(call, &powered.power),
+            "fill" => self.fill(call, &powered.power),
+            "blockcopy" => self.block_copy(call, &powered.power),
             "math" => self.math(call, &powered.power),
             name => Err(format!("the instruction {name}")),
         }
