@@ -14,7 +14,9 @@ use opcua::types::{
     QualifiedName, UAString, Variant,
 };
 use rungd_base::locked::locked;
-use rungd_client::operator::protocol::{AlarmList, AlarmState, AlarmStatus};
+use rungd_client::operator::protocol::{
+    AlarmList, AlarmShelf, AlarmState, AlarmStatus, OUT_OF_SERVICE, SHELVED,
+};
 use rungd_language::resolve::priority::Priority;
 
 use crate::space::{ALARMS, ROOT, node_id};
@@ -56,10 +58,18 @@ impl ConditionBook {
         let listed = list.alarms.iter().map(|alarm| (alarm.tag.clone(), alarm.clone()));
         let now: BTreeMap<String, AlarmStatus> = listed.collect();
         let over = self.told.values().filter(|alarm| !now.contains_key(&alarm.tag));
-        let over = over.map(|alarm| AlarmStatus { state: AlarmState::Normal, ..alarm.clone() });
+        let normal = |alarm: &AlarmStatus| AlarmStatus {
+            state: AlarmState::Normal,
+            shelved: None,
+            ..alarm.clone()
+        };
+        let over = over.map(normal);
         let is_news = |alarm: &&AlarmStatus| {
             let told = self.told.get(&alarm.tag);
-            told.is_none_or(|told| (told.state, told.since) != (alarm.state, alarm.since))
+            told.is_none_or(|told| {
+                (told.state, told.since, &told.shelved)
+                    != (alarm.state, alarm.since, &alarm.shelved)
+            })
         };
         let news = over.chain(now.values().filter(is_news).cloned());
         let events: Vec<AlarmEvent> =
@@ -142,8 +152,9 @@ pub struct AlarmFields {
     text: String,
     state: AlarmState,
     priority: Priority,
-    /// The user who acknowledged it.
+    /// The user who acknowledged it, or else who shelved it.
     who: String,
+    shelved: Option<AlarmShelf>,
 }
 
 impl AlarmEvent {
@@ -163,7 +174,12 @@ impl AlarmEvent {
             text: alarm.text.clone(),
             state: alarm.state,
             priority: alarm.priority,
-            who: acknowledged.map_or_else(String::new, |ack| ack.who.clone()),
+            who: acknowledged
+                .map(|ack| &ack.who)
+                .or(alarm.shelved.as_ref().map(|shelf| &shelf.who))
+                .cloned()
+                .unwrap_or_default(),
+            shelved: alarm.shelved.clone(),
         };
         let time = latest.map_or_else(DateTime::now, time);
         ToldEvent::new(ObjectTypeId::AlarmConditionType, time, fields)
@@ -189,9 +205,16 @@ impl AlarmFields {
     /// Whether nothing is left to acknowledge.
     fn is_acknowledged(&self) -> bool {
         match self.state {
-            AlarmState::Unacknowledged | AlarmState::Returned => false,
+            AlarmState::Unacknowledged | AlarmState::Returned => self.shelved.is_some(),
             AlarmState::Acknowledged | AlarmState::Normal => true,
         }
+    }
+}
+
+impl AlarmFields {
+    /// Whether it is suppressed in this way.
+    fn is_shelf(&self, name: &str) -> bool {
+        self.shelved.as_ref().is_some_and(|shelf| shelf.name() == name)
     }
 }
 
@@ -219,8 +242,15 @@ impl EventFields for AlarmFields {
             "AckedState/Id" => Variant::from(acked),
             "Quality" => Variant::from(opcua::types::StatusCode::Good),
             "ClientUserId" => Variant::from(UAString::from(self.who.as_str())),
-            "Comment" => word(""),
-            "SuppressedOrShelved" => Variant::from(false),
+            "Comment" => word(self.shelved.as_ref().map_or("", |shelf| &shelf.why)),
+            "SuppressedOrShelved" => Variant::from(self.shelved.is_some()),
+            "ShelvingState/CurrentState" => {
+                both(self.is_shelf(SHELVED), "TimedShelved", "Unshelved")
+            }
+            "OutOfServiceState" => {
+                both(self.is_shelf(OUT_OF_SERVICE), "Out of Service", "In Service")
+            }
+            "OutOfServiceState/Id" => Variant::from(self.is_shelf(OUT_OF_SERVICE)),
             "ConditionClassId" => {
                 Variant::from(NodeId::from(ObjectTypeId::ProcessConditionClassType))
             }

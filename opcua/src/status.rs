@@ -28,7 +28,7 @@ const VALUES: [StatusValue; 12] = [
     ("Version", DataTypeId::String, |status, _| Variant::from(status.version.as_str())),
     ("Forces", DataTypeId::UInt32, |status, _| count(status.forces.len())),
     ("ActiveAlarms", DataTypeId::UInt32, |_, alarms| {
-        count(alarms.alarms.iter().filter(|alarm| alarm.state.is_active()).count())
+        count(alarms.alarms.iter().filter(|alarm| alarm.is_standing()).count())
     }),
     ("ListedAlarms", DataTypeId::UInt32, |_, alarms| count(alarms.alarms.len())),
 ];

@@ -60,6 +60,7 @@ pub fn ack(args: &AckArgs) -> Result<Exit> {
 fn line(acked: &AckedAlarm) -> String {
     let (tag, text) = (one_line(&acked.tag), one_line(&acked.text));
     let what = match acked.before {
+        _ if acked.shelved => "it is shelved: there is nothing to acknowledge",
         AlarmState::Unacknowledged => "acknowledged; it stands",
         AlarmState::Returned => "acknowledged; it went away before",
         AlarmState::Acknowledged => "acknowledged already; it stands",

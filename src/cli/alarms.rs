@@ -14,7 +14,7 @@ use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
-    AlarmList, AlarmState, AlarmStatus, AlarmTime, RecordingBytes, Request, alarm_count,
+    AlarmList, AlarmShelf, AlarmState, AlarmStatus, AlarmTime, RecordingBytes, Request, alarm_count,
 };
 use rungd_history::observe::{Limits, QuestionTime, Subject};
 use rungd_history::playback::{self, RecordedQuestion};
@@ -68,12 +68,12 @@ pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
 
 /// The text of the whole list. `reasons`: the explanations of the first alarms.
 fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String {
-    let mut lines = vec![alarm_count(list.alarms.iter().map(|alarm| alarm.state))];
+    let mut lines = vec![alarm_count(list.alarms.iter())];
     if list.alarms.is_empty() {
         lines[0] += ", and none waits for an acknowledgement";
     }
     for (at, alarm) in list.alarms.iter().enumerate() {
-        let number = if alarm.state.is_active() { alarm.order.to_string() } else { "-".to_owned() };
+        let number = if alarm.is_standing() { alarm.order.to_string() } else { "-".to_owned() };
         lines.push(format!("{number:>3}  {}: {}", alarm.tag, alarm.text));
         lines.push(format!("     {}", facts(alarm, clock)));
         let of_watch = alarm.watch_lines();
@@ -85,12 +85,13 @@ fn page(list: &AlarmList, reasons: &[Vec<String>], clock: &LocalClock) -> String
 
 /// The priority, acknowledgement, times and number of rises of an alarm.
 pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
-    let acknowledged = match (alarm.state, &alarm.acknowledged) {
-        (AlarmState::Acknowledged, Some(ack)) => {
+    let acknowledged = match (&alarm.shelved, alarm.state, &alarm.acknowledged) {
+        (Some(shelf), ..) => shelf_words(shelf, alarm, clock),
+        (None, AlarmState::Acknowledged, Some(ack)) => {
             format!("acknowledged by {} at {}", ack.who, clock.text(ack.unix_ns))
         }
-        (AlarmState::Acknowledged, None) => "acknowledged".to_owned(),
-        (AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned, _) => {
+        (None, AlarmState::Acknowledged, None) => "acknowledged".to_owned(),
+        (None, AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned, _) => {
             "NOT ACKNOWLEDGED".to_owned()
         }
     };
@@ -101,6 +102,7 @@ pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
             format!("from {} to {}, for {lasted}", time(since), time(ended))
         }
         (Some(since), None) => format!("since {}, for {lasted}", time(since)),
+        (None, _) if alarm.shelved.is_some() => "never ON since rungd started".to_owned(),
         (None, _) => "since just now".to_owned(),
     };
     let often = if alarm.day == 1 { "time" } else { "times" };
@@ -109,13 +111,24 @@ pub(super) fn facts(alarm: &AlarmStatus, clock: &LocalClock) -> String {
     format!("{priority}, {group}{acknowledged}, {when}; {} {often} in the last day", alarm.day)
 }
 
+/// Who shelved an alarm, until when and why, and whether its bit is ON.
+fn shelf_words(shelf: &AlarmShelf, alarm: &AlarmStatus, clock: &LocalClock) -> String {
+    let AlarmShelf { who, why, since_ns, until_ns } = shelf;
+    let bit = if alarm.state.is_active() { "ON" } else { "OFF" };
+    let end = match until_ns {
+        Some(until_ns) => format!("SHELVED by {who} until {}", clock.text(*until_ns)),
+        None => format!("OUT OF SERVICE by {who} since {}", clock.text(*since_ns)),
+    };
+    format!("{end}: {why}; now {bit}")
+}
+
 /// The explanations of the first active alarms, a few lines each; none for a watch, which has its
 /// own.
 ///
 /// # Errors
 /// The user may not read the recording, or it cannot be used.
 fn reasons(args: &AlarmsArgs, list: &AlarmList) -> Result<Vec<Vec<String>>, String> {
-    let active = list.alarms.iter().take_while(|alarm| alarm.state.is_active());
+    let active = list.alarms.iter().take_while(|alarm| alarm.is_standing());
     let stand: Vec<&AlarmStatus> = active.take(EXPLAINED_MAX).collect();
     if stand.iter().all(|alarm| alarm.watch.is_some()) {
         return Ok(Vec::new());

@@ -236,7 +236,7 @@ fn alarms_headline(list: &FleetAlarmList, listened: Duration) -> String {
     if list.nodes == 0 {
         return nothing(span_of(listened));
     }
-    let mut line = alarm_count(list.alarms.iter().map(|row| row.alarm.state));
+    let mut line = alarm_count(list.alarms.iter().map(|row| &row.alarm));
     if !list.unknown.is_empty() {
         line += &format!("; the alarms of {} are not known", nodes(list.unknown.len()));
     }

@@ -68,6 +68,7 @@ mod replay_window;
 mod retain;
 mod run;
 pub mod schema;
+mod shelve;
 mod sim;
 mod status;
 mod terminal;
@@ -138,6 +139,8 @@ enum Command {
     Watch(watch::WatchArgs),
     Alarms(alarms::AlarmsArgs),
     Ack(ack::AckArgs),
+    Shelve(shelve::ShelveArgs),
+    Unshelve(shelve::UnshelveArgs),
     #[cfg(feature = "fleet")]
     Metrics(metrics::MetricsArgs),
     Mode(mode::ModeArgs),
@@ -228,6 +231,8 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Watch(args) => watch::watch(args),
         Command::Alarms(args) => alarms::alarms(args),
         Command::Ack(args) => ack::ack(args),
+        Command::Shelve(args) => shelve::shelve(args),
+        Command::Unshelve(args) => shelve::unshelve(args),
         #[cfg(feature = "fleet")]
         Command::Metrics(args) => metrics::metrics(args),
         Command::Mode(args) => mode::mode(args),

@@ -231,13 +231,23 @@ fn with_equals_sign(name: &CompletionCandidate) -> CompletionCandidate {
 
 /// The alarms that can be acknowledged, for the shell. Empty if no controller answers.
 pub fn complete_alarms(current: &OsStr) -> Vec<CompletionCandidate> {
+    listed_alarms(current, &|alarm| alarm.state != AlarmState::Acknowledged)
+}
+
+/// The alarms that are shelved, for the shell. Empty if no controller answers.
+pub fn complete_shelved(current: &OsStr) -> Vec<CompletionCandidate> {
+    listed_alarms(current, &|alarm| alarm.shelved.is_some())
+}
+
+fn listed_alarms(
+    current: &OsStr,
+    is_offered: &dyn Fn(&AlarmStatus) -> bool,
+) -> Vec<CompletionCandidate> {
     let prefix = current.to_string_lossy();
     let asked = socket_to_complete()
         .and_then(|socket| client::ask::<AlarmList>(&socket, &Request::Alarms {}));
     let Ok(list) = asked else { return Vec::new() };
-    let fits = |alarm: &&AlarmStatus| {
-        alarm.state != AlarmState::Acknowledged && alarm.tag.starts_with(&*prefix)
-    };
+    let fits = |alarm: &&AlarmStatus| is_offered(alarm) && alarm.tag.starts_with(&*prefix);
     list.alarms.iter().filter(fits).map(|alarm| candidate(&alarm.tag, &alarm.text)).collect()
 }
 

@@ -102,9 +102,10 @@ fn outputs(status: &ControllerStatus) -> Vec<String> {
 
 fn alarm_line(alarm: &AlarmStatus) -> String {
     let AlarmStatus { tag, text, priority, state, .. } = alarm;
-    let acknowledged = match state {
-        AlarmState::Acknowledged => "acknowledged",
-        AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned => {
+    let acknowledged = match (&alarm.shelved, state) {
+        (Some(shelf), _) => shelf.name(),
+        (None, AlarmState::Acknowledged) => "acknowledged",
+        (None, AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned) => {
             "not acknowledged"
         }
     };

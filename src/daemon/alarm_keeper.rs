@@ -35,11 +35,13 @@ pub(super) struct BookKeeper {
     waiting: Vec<BookNews>,
     /// Changes are lost: the book must be corrected from the next image.
     lost: bool,
+    /// The book knows the first scan.
+    has_begun: bool,
 }
 
 impl BookKeeper {
     pub fn new(book: SharedBook) -> BookKeeper {
-        BookKeeper { book, waiting: Vec::new(), lost: false }
+        BookKeeper { book, waiting: Vec::new(), lost: false, has_begun: false }
     }
 
     /// Notes that an alarm went ON or OFF.
@@ -71,7 +73,7 @@ impl BookKeeper {
 
     /// Enters the waiting changes, unless a reader has locked the book.
     pub fn turn(&mut self, latest: &Snapshot) {
-        if self.waiting.is_empty() && !self.lost {
+        if self.waiting.is_empty() && !self.lost && self.has_begun {
             return;
         }
         let mut book = match self.book.try_lock() {
@@ -79,6 +81,8 @@ impl BookKeeper {
             Err(TryLockError::Poisoned(poisoned)) => poisoned.into_inner(),
             Err(TryLockError::WouldBlock) => return,
         };
+        book.begin(latest);
+        self.has_begun = latest.scans > 0;
         for news in self.waiting.drain(..) {
             match news {
                 BookNews::Edge(number, on, at) => book.edge(number, on, at),
@@ -130,6 +134,7 @@ mod tests {
             tag: "jam".to_owned(),
             text: "Jammed".to_owned(),
             terms: rungd_language::resolve::alarm_terms::AlarmTerms::default(),
+            may_be_shelved: true,
         };
         let book: SharedBook = Arc::new(Mutex::new(AlarmBook::new(&[alarm])));
         let mut keeper = BookKeeper::new(Arc::clone(&book));

@@ -10,6 +10,7 @@ use std::time::Duration;
 use rungd_base::progress::{LoadStep, Progress};
 use rungd_client::operator::names::OperandNames;
 use rungd_config::controller::Controller;
+use rungd_config::controller::alarms::AlarmSettings;
 use rungd_config::controller::device::Device;
 use rungd_config::controller::log::LogSettings;
 use rungd_config::controller::operator::Operator;
@@ -70,6 +71,7 @@ pub struct ControllerSetup {
     pub(super) record: RecordSettings,
     /// The lines that the recording's thread judges.
     pub(super) watches: WatchSettings,
+    pub(super) alarms: AlarmSettings,
     pub(super) log: LogSettings,
     /// The files, for the scan log: the controller file first.
     pub(super) files: Arc<[RecordedFile]>,
@@ -160,7 +162,7 @@ pub fn settle(
     let pace = pace(controller);
     let (narration, watched) = Narration::new(program, &symbols);
     let narration = narration.at(pace.tempo).telling(controller.log.blocks);
-    let narration = narration.watching(&controller.watches);
+    let narration = narration.watching(&controller.watches, &controller.alarms);
     let setup = ControllerSetup {
         controller: files[0].name.clone(),
         ladder: facts(program, &files[1..=loaded.ladders]),
@@ -183,6 +185,7 @@ pub fn settle(
         retain: retain(controller, program, &symbols, &files[0].name),
         record: controller.record.clone(),
         watches: controller.watches.clone(),
+        alarms: controller.alarms.clone(),
         log: controller.log.clone(),
         files: files.iter().map(recorded).collect(),
         access,

@@ -5,6 +5,7 @@
 //! contains the scan thread, and depends on none of these. Nothing here can make a scan wait.
 
 mod alarm_book;
+mod alarm_file;
 mod alarm_keeper;
 mod allowance;
 mod bit_alarms;

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use super::alarm_book::KnownAlarm;
 use super::retain::{COLD_BY_HAND, NothingKept};
 use rungd_base::duration_text::duration_text;
+use rungd_config::controller::alarms::AlarmSettings;
 use rungd_config::controller::log::BlockLines;
 use rungd_config::controller::watch::WatchSettings;
 use rungd_engine::isa::{BlockId, StageId};
@@ -243,10 +244,9 @@ impl Narration {
         (Narration { names, bits, words, alarms, maths, rungs, tempo, told }, watched)
     }
 
-    /// The same names, with the alarms of these watches.
-    pub fn watching(self, watches: &WatchSettings) -> Narration {
-        let alarms = [self.alarms, KnownAlarm::all(&[], watches)].concat();
-        Narration { alarms, ..self }
+    /// The same names, with the alarms of these watches, and by the settings of alarms.
+    pub fn watching(self, watches: &WatchSettings, settings: &AlarmSettings) -> Narration {
+        Narration { alarms: KnownAlarm::joined(self.alarms, watches, settings), ..self }
     }
 
     /// The same names for a program with this tempo.

@@ -101,10 +101,7 @@ pub(super) fn place(file: Option<&str>, controller: &Path) -> PathBuf {
     if let Some(file) = file {
         return controller.parent().unwrap_or(Path::new("")).join(file);
     }
-    match directories::state() {
-        Some(state) => state.join(FILE_NAME),
-        None => controller.with_extension(FILE_NAME),
-    }
+    directories::state_file(FILE_NAME, controller)
 }
 
 /// Opens the file and restores its newest image, before the first scan.

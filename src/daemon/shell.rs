@@ -13,7 +13,7 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-use super::alarm_keeper::SharedBook;
+use super::alarm_file::AlarmFileHandle;
 use super::config::{ControllerSetup, RunningProgram};
 use super::devices::{self, DeviceStarter};
 use super::failure::StartFailure;
@@ -125,19 +125,14 @@ pub fn run(
     let Some(parts) = start_parts(host, &setup, options.runs_cold, engine) else {
         return Ok(ControllerEnd::Orderly);
     };
-    let StartParts { sockets, engine, retained } = parts?;
+    let StartParts { sockets, engine, retained, alarms: alarm_file } = parts?;
     let (cold, nothing_kept) = retained.as_ref().map(RestoredFile::outlook).unwrap_or_default();
-    let settings = ThreadSettings {
-        pace: runtime::ScannerSettings {
-            scans: options.scans,
-            start_in_stop: options.start_in_stop.or(cold),
-            ..setup.pace.clone()
-        },
-        memory: setup.memory.clone(),
-        watched: setup.watched.clone(),
-        posture: setup.posture.clone(),
-        field: setup.field.clone(),
+    let pace = runtime::ScannerSettings {
+        scans: options.scans,
+        start_in_stop: options.start_in_stop.or(cold),
+        ..setup.pace.clone()
     };
+    let settings = thread_settings(&setup, pace);
     let disk = record::place(&setup, options.record.as_deref());
     let facts = LogFacts {
         repeat_ns: options.repeat.as_nanos() as u64,
@@ -161,6 +156,7 @@ pub fn run(
     let _ = priority.set(posture::priority_remedy(prepared.grants()).unwrap_or_default());
     posture::log_grants(prepared.grants(), settings.posture.strict)
         .map_err(StartFailure::Configuration)?;
+    let alarm_file = alarm_file.start(book, prepared.port())?;
     let retention =
         retained.map(|opened| RetainHandle::start(opened, prepared.port())).transpose()?;
     let recording = RecordHandle::start(RecordParts {
@@ -174,9 +170,22 @@ pub fn run(
     let ProcessHost { tokio, signals, start } = host;
     let (running, limit) = (Arc::new(RunningProgram { program, setup }), options.reload_limit);
     let (field, start) = ((prepared.lines(), healths), start.clone());
-    let first = FirstProgram { running, reloader, narration, field, limit, sockets, book, start };
-    let duties = ShellDuties { signals, guard, retention, recording, over };
+    let alarms = alarm_file.clone();
+    let duties = ShellDuties { signals, guard, retention, recording, over, alarms };
+    let first =
+        FirstProgram { running, reloader, narration, field, limit, sockets, alarm_file, start };
     tokio.block_on(shell(prepared, first, duties))
+}
+
+/// The settings of the scan thread for the first program.
+fn thread_settings(setup: &ControllerSetup, pace: runtime::ScannerSettings) -> ThreadSettings {
+    ThreadSettings {
+        pace,
+        memory: setup.memory.clone(),
+        watched: setup.watched.clone(),
+        posture: setup.posture.clone(),
+        field: setup.field.clone(),
+    }
 }
 
 /// The inputs whose initial value is ON: they are ON until their driver writes them.
@@ -198,8 +207,8 @@ struct FirstProgram {
     limit: Duration,
     /// The places of the operator's socket and of the view socket.
     sockets: Vec<operator_server::SocketClaim>,
-    /// The book of alarms.
-    book: SharedBook,
+    /// The book of alarms, and the file that keeps a part of it.
+    alarm_file: AlarmFileHandle,
     start: StartWatch,
 }
 
@@ -209,6 +218,7 @@ struct ShellDuties<'a> {
     guard: &'a mut RestartGuard,
     retention: Option<RetainHandle>,
     recording: RecordHandle,
+    alarms: AlarmFileHandle,
     /// Told when the monitor ends.
     over: Arc<Notify>,
 }
@@ -265,6 +275,8 @@ async fn shell(
         Some(retention) => retention.end(attendance.signals.stop()).await,
         None => LastImage::Kept,
     };
+    // What fails here is in the log.
+    let _ = attendance.alarms.kept().await;
     if last_image != LastImage::Hurried {
         recorded.wait(attendance.signals.stop()).await;
     }
@@ -373,7 +385,7 @@ async fn start_drivers(
     stopped: &watch::Receiver<bool>,
 ) -> Result<(JoinSet<()>, Arc<Reloads>), StartFailure> {
     let FirstProgram { running, reloader, narration, field: (ends, healths), .. } = first;
-    let FirstProgram { limit, sockets, book, start, .. } = first;
+    let FirstProgram { limit, sockets, alarm_file, start, .. } = first;
     let mut drivers = JoinSet::new();
     let (setup, port) = (&running.setup, &prepared.port());
     let layout = &setup.symbols.layout;
@@ -384,7 +396,7 @@ async fn start_drivers(
         duties.recording.clone(),
     );
     about.devices.clone_from(&healths);
-    about.book = book;
+    (about.book, about.alarm_file) = (alarm_file.book(), Some(alarm_file));
     let mut modbus = None;
     if let Some(settings) = &setup.modbus {
         let (server, maps) = modbus_start::bind(settings, setup, port, patience).await?;

@@ -1,8 +1,11 @@
-//! The parts of a start that may wait for a disk, and that a signal ends: the places of the sockets
-//! and retentive memory.
+//! The parts of a start that may wait for a disk, and that a signal ends: the places of the
+//! sockets, retentive memory and the file of alarms.
 //!
 //! Called by the shell before the first scan. `start_wait` tells what such a part waits for.
 
+use std::path::Path;
+
+use super::alarm_file::AlarmFile;
 use super::config::ControllerSetup;
 use super::failure::StartFailure;
 use super::operator_server;
@@ -12,11 +15,12 @@ use super::start_wait::StartPart;
 use rungd_engine::Engine;
 
 /// The places of the sockets, and an engine with the file of retentive memory from which it was
-/// restored, if there is one.
+/// restored, if there is one; and the file of alarms.
 pub(super) struct StartParts {
     pub sockets: Vec<operator_server::SocketClaim>,
     pub engine: Engine,
     pub retained: Option<RestoredFile>,
+    pub alarms: AlarmFile,
 }
 
 /// Does these parts; `None` if a signal came first. `runs_cold`: the option of the command line.
@@ -39,8 +43,14 @@ pub(super) fn start_parts(
         has_operator: !sockets.is_empty(),
         ..wanted
     });
-    let restored = restored(host, wanted, engine)?;
-    Some(restored.map(|(engine, retained)| StartParts { sockets, engine, retained }))
+    let (engine, retained) = match restored(host, wanted, engine)? {
+        Ok(restored) => restored,
+        Err(failure) => return Some(Err(failure)),
+    };
+    let place = AlarmFile::place(Path::new(&setup.controller));
+    let part = StartPart::Alarms(place.display().to_string());
+    let alarms = host.unless_stopped(part, move || AlarmFile::read(place))?;
+    Some(Ok(StartParts { sockets, engine, retained, alarms }))
 }
 
 /// Claims the places of the sockets; `None` if a signal came first.

@@ -33,6 +33,8 @@ pub enum StartPart {
     Sockets(String),
     /// The file of retentive memory.
     Memory(String),
+    /// The file of alarms.
+    Alarms(String),
 }
 
 impl fmt::Display for StartPart {
@@ -51,6 +53,7 @@ impl fmt::Display for StartPart {
                 write!(f, "the disk of the operator's socket of {controller}")
             }
             StartPart::Memory(file) => write!(f, "the disk of retentive memory, {file}"),
+            StartPart::Alarms(file) => write!(f, "the disk of the file of alarms, {file}"),
         }
     }
 }
@@ -60,7 +63,10 @@ impl StartPart {
     pub(super) fn interrupted(&self) -> String {
         match self {
             StartPart::Files(_) => "the ladder was still being loaded".to_owned(),
-            StartPart::RestartCount(_) | StartPart::Sockets(_) | StartPart::Memory(_) => {
+            StartPart::RestartCount(_)
+            | StartPart::Sockets(_)
+            | StartPart::Memory(_)
+            | StartPart::Alarms(_) => {
                 format!("the start was waiting for {self}")
             }
         }

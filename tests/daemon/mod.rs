@@ -31,6 +31,7 @@ mod reals;
 mod restart_guard;
 mod run_controller;
 mod run_listeners;
+mod shelves;
 mod time_of_day;
 mod value_texts;
 mod watchdog_fault;

@@ -2,7 +2,7 @@
 //!
 //! Called by the daemon and by `edge`. It creates nothing.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The first directory of `$RUNTIME_DIRECTORY`: it exists as long as the service.
 pub fn runtime() -> Option<PathBuf> {
@@ -12,6 +12,12 @@ pub fn runtime() -> Option<PathBuf> {
 /// The first directory of `$STATE_DIRECTORY`: it survives a restart of the machine.
 pub fn state() -> Option<PathBuf> {
     first("STATE_DIRECTORY")
+}
+
+/// The path of a file of a controller that survives restarts: this name in systemd's state
+/// directory, else beside the controller file, with this name as its extension.
+pub fn state_file(name: &str, controller: &Path) -> PathBuf {
+    state().map_or_else(|| controller.with_extension(name), |folder| folder.join(name))
 }
 
 fn first(variable: &str) -> Option<PathBuf> {

@@ -137,15 +137,18 @@ fn of_alarm(alarm: &AlarmStatus) -> [PaneRow; 2] {
     let stands = alarm.state.is_active();
     let sign = if stands { ON } else { OFF };
     let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
-    let ack = match alarm.state {
-        AlarmState::Acknowledged => "acknowledged",
-        AlarmState::Returned => "returned, NOT ACKNOWLEDGED",
-        AlarmState::Unacknowledged => "NOT ACKNOWLEDGED",
-        AlarmState::Normal => "over",
+    let ack = match (&alarm.shelved, alarm.state) {
+        (Some(shelf), _) => format!("{} by {}: {}", shelf.name(), shelf.who, shelf.why),
+        (None, AlarmState::Acknowledged) => "acknowledged".to_owned(),
+        (None, AlarmState::Returned) => "returned, NOT ACKNOWLEDGED".to_owned(),
+        (None, AlarmState::Unacknowledged) => "NOT ACKNOWLEDGED".to_owned(),
+        (None, AlarmState::Normal) => "over".to_owned(),
     };
+    let group = alarm.group.iter().map(|group| format!("{group}, ")).collect::<String>();
     let times = if alarm.day > 1 { format!(", {} a day", alarm.day) } else { String::new() };
-    let facts = format!("  {}, {ack}, {lasted}{times}", alarm.priority.name());
-    [row(format!("{sign} {}: {}", alarm.tag, alarm.text), true), row(facts, false)]
+    let facts = format!("  {}, {group}{ack}, {lasted}{times}", alarm.priority.name());
+    let head = format!("{sign} {}: {}", alarm.tag, alarm.text);
+    [row(head, alarm.shelved.is_none()), row(facts, false)]
 }
 
 fn force_row(shown: &ShownValue) -> PaneRow {

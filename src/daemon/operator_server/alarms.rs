@@ -38,7 +38,7 @@ impl OperatorService {
     }
 
     /// The latest image, once the book agrees with it.
-    async fn booked(&self) -> (Arc<Snapshot>, Arc<ProgramView>) {
+    pub(super) async fn booked(&self) -> (Arc<Snapshot>, Arc<ProgramView>) {
         let began = Instant::now();
         loop {
             let (latest, view) = self.seen();
@@ -76,22 +76,25 @@ impl OperatorService {
         };
         let changed = alarms.iter().map(|one| &one.alarm).filter(|one| one.before != one.after);
         changed.for_each(|acked| log_acknowledgement(peer, acked));
+        if let Some(file) = view.about.alarm_file() {
+            file.changed();
+        }
         Ok(AckList { alarms: self.tell_ladder(asker, alarms).await })
     }
 }
 
 /// The data in which the texts of a request are looked up.
-struct NamedAlarms<'a> {
-    book: &'a AlarmBook,
-    view: &'a ProgramView,
-    latest: &'a Snapshot,
+pub(super) struct NamedAlarms<'a> {
+    pub book: &'a AlarmBook,
+    pub view: &'a ProgramView,
+    pub latest: &'a Snapshot,
 }
 
 impl NamedAlarms<'_> {
     /// The numbers of the alarms that these texts name.
-    fn all(&self, texts: &[String]) -> RequestResult<Vec<usize>> {
+    pub fn all(&self, texts: &[String]) -> RequestResult<Vec<usize>> {
         if texts.len() > OPERANDS_MAX {
-            let message = format!("one request acknowledges at most {OPERANDS_MAX} alarms");
+            let message = format!("one request names at most {OPERANDS_MAX} alarms");
             return Err(RequestRefusal::new(RefusalKind::BadRequest, message));
         }
         let mut numbers = Vec::new();

@@ -11,6 +11,7 @@ use super::memory;
 use super::peer::PeerRequest;
 use super::record;
 use super::service::{OperatorService, log_level};
+use super::shelves::ShelveRequest;
 use crate::daemon::reload::Caller;
 use rungd_client::operator::protocol::{GivenWrite, NameList, Reply, Request, RequestResult};
 
@@ -21,32 +22,24 @@ impl OperatorService {
         asker: &PeerRequest,
         request: &Request,
     ) -> RequestResult<Vec<u8>> {
+        let asker = &asker.acting_for(person(request))?;
         let peer = &asker.peer;
         match request {
             Request::Status {} => answered(self.status()),
             Request::Read { operands, each } => answered(self.read(operands, *each).await?),
             Request::ReadSet { operands } => answered(self.read_set(operands)?),
-            Request::Write { operand, value, for_user, from_page } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
+            Request::Write { operand, value, from_page, .. } => {
                 let write = GivenWrite { operand: operand.clone(), value: value.clone() };
-                answered(self.write(&asker, &write, *from_page).await?)
+                answered(self.write(asker, &write, *from_page).await?)
             }
-            Request::WriteSet { writes, for_user, from_page } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.write_set(&asker, writes, *from_page).await?)
+            Request::WriteSet { writes, from_page, .. } => {
+                answered(self.write_set(asker, writes, *from_page).await?)
             }
-            Request::Hold { operand, for_user, from_page } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.hold(&asker, operand, *from_page).await?)
+            Request::Hold { operand, from_page, .. } => {
+                answered(self.hold(asker, operand, *from_page).await?)
             }
-            Request::KeepHold { hold, for_user } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.keep_hold(&asker, *hold).await?)
-            }
-            Request::EndHold { hold, for_user } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.end_hold(&asker, *hold).await?)
-            }
+            Request::KeepHold { hold, .. } => answered(self.keep_hold(asker, *hold).await?),
+            Request::EndHold { hold, .. } => answered(self.end_hold(asker, *hold).await?),
             Request::Force { operand, value } => answered(self.force(asker, operand, value).await?),
             Request::Unforce { operand } => answered(self.unforce(asker, operand).await?),
             Request::UnforceAll {} => answered(self.unforce_all(asker).await?),
@@ -55,19 +48,19 @@ impl OperatorService {
                 answered(self.durable(changed, *to, *no_wait).await)
             }
             Request::Alarms {} => answered(self.alarms().await),
-            Request::Ack { alarms, for_user } => {
-                let asker = asker.acting_for(for_user.as_deref())?;
-                answered(self.acknowledge(&asker, Some(alarms)).await?)
+            Request::Ack { alarms, .. } => answered(self.acknowledge(asker, Some(alarms)).await?),
+            Request::Shelve { alarms, for_ms, why, .. } => {
+                let wanted = ShelveRequest { alarms, for_ms: *for_ms, why };
+                answered(self.shelve(peer, wanted).await?)
             }
+            Request::Unshelve { alarms, .. } => answered(self.unshelve(peer, alarms).await?),
             Request::AckAll {} => answered(self.acknowledge(asker, None).await?),
             Request::LogLevel { level } => answered(log_level(peer, *level)),
             Request::Reload { dry_run } => {
-                let reloads = Arc::clone(&self.reloads);
-                answered(reloads.reload(caller(asker), *dry_run).await?)
+                answered(Arc::clone(&self.reloads).reload(caller(asker), *dry_run).await?)
             }
             Request::Rollback {} => {
-                let reloads = Arc::clone(&self.reloads);
-                answered(reloads.rollback(caller(asker)).await?)
+                answered(Arc::clone(&self.reloads).rollback(caller(asker)).await?)
             }
             Request::RetainSave {} => {
                 let view = self.seen().1;
@@ -79,10 +72,24 @@ impl OperatorService {
             }
             Request::Metrics {} => answered(self.names().metrics()),
             Request::Names { prefix } => {
-                let names = self.names().beginning(prefix);
-                answered(NameList { names })
+                answered(NameList { names: self.names().beginning(prefix) })
             }
         }
+    }
+}
+
+/// The person for whom a client makes a request.
+fn person(request: &Request) -> Option<&str> {
+    match request {
+        Request::Write { for_user, .. }
+        | Request::WriteSet { for_user, .. }
+        | Request::Hold { for_user, .. }
+        | Request::KeepHold { for_user, .. }
+        | Request::EndHold { for_user, .. }
+        | Request::Ack { for_user, .. }
+        | Request::Shelve { for_user, .. }
+        | Request::Unshelve { for_user, .. } => for_user.as_deref(),
+        _ => None,
     }
 }
 

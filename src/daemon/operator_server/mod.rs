@@ -28,6 +28,7 @@ mod server;
 mod service;
 mod session;
 mod set_mistakes;
+mod shelves;
 mod socket;
 mod status;
 mod write;

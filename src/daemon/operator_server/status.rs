@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 
 use super::outputs::{DeviceOutputs, OutputSight};
 use crate::daemon::alarm_book::AlarmBook;
+use crate::daemon::alarm_file::AlarmFileHandle;
 use crate::daemon::alarm_keeper::SharedBook;
 use crate::daemon::config::{ControllerSetup, LadderFacts};
 use crate::daemon::log;
@@ -46,6 +47,8 @@ pub(in super::super) struct StatusSources {
     pub devices: Vec<DeviceHealth>,
     /// The book of alarms.
     pub book: SharedBook,
+    /// The file that keeps shelves and acknowledgements.
+    pub alarm_file: Option<AlarmFileHandle>,
 }
 
 impl StatusSources {
@@ -64,6 +67,7 @@ impl StatusSources {
             recording,
             devices: Vec::new(),
             book: Arc::new(Mutex::new(AlarmBook::new(&[]))),
+            alarm_file: None,
         }
     }
 }
@@ -225,6 +229,11 @@ impl StatusFacts {
     /// The book of alarms.
     pub(super) fn book(&self) -> MutexGuard<'_, AlarmBook> {
         locked(&self.parts.book)
+    }
+
+    /// The file that keeps shelves and acknowledgements.
+    pub(super) fn alarm_file(&self) -> Option<&AlarmFileHandle> {
+        self.parts.alarm_file.as_ref()
     }
 
     /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.

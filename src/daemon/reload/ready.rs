@@ -127,6 +127,10 @@ pub(super) fn settings(
     if !old.watches.is_like(&new.watches) {
         lines.push("the lines of `[[watch]]`: changed".to_owned());
     }
+    if old.alarms != new.alarms {
+        let word = |setup: &ControllerSetup| setup.alarms.shelves_critical;
+        lines.push(format!("`[alarms] shelve-critical` {} → {}", word(old), word(new)));
+    }
     lines.extend(old.log.changes(&new.log));
     lines.extend(warnings(&old.warnings, new));
     if was.watchdog_ns != is.watchdog_ns {

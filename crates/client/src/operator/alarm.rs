@@ -6,6 +6,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::shelf::{AlarmShelf, OUT_OF_SERVICE, SHELVED};
+
 pub use rungd_language::resolve::priority::Priority;
 
 /// The state of an alarm, as defined by ISA-18.2.
@@ -33,7 +35,7 @@ impl AlarmState {
     }
 
     /// The name of the state in answers and in the log.
-    pub fn name(self) -> &'static str {
+    pub const fn name(self) -> &'static str {
         match self {
             AlarmState::Normal => "normal",
             AlarmState::Unacknowledged => "unacknowledged",
@@ -43,19 +45,30 @@ impl AlarmState {
     }
 }
 
-/// How many alarms of a list are active, and how many returned before anybody acknowledged them, as
-/// a sentence's beginning: `2 active alarms, 1 returned unacknowledged`.
-pub fn alarm_count(states: impl Iterator<Item = AlarmState>) -> String {
-    let (active, returned): (Vec<_>, Vec<_>) = states.partition(|state| state.is_active());
-    let counted = match active.len() {
+/// How many alarms of a list are active, how many returned before anybody acknowledged them, and
+/// how many are suppressed, as a sentence's beginning: `2 active alarms, 1 returned
+/// unacknowledged`.
+pub fn alarm_count<'a>(alarms: impl Iterator<Item = &'a AlarmStatus>) -> String {
+    let (mut active, mut returned, mut shelved, mut out) = (0, 0, 0, 0);
+    for alarm in alarms {
+        match alarm.shelved.as_ref().map(AlarmShelf::name) {
+            Some(SHELVED) => shelved += 1,
+            Some(_) => out += 1,
+            None if alarm.state.is_active() => active += 1,
+            None => returned += 1,
+        }
+    }
+    let mut counted = match active {
         0 => "no active alarm".to_owned(),
         1 => "1 active alarm".to_owned(),
         many => format!("{many} active alarms"),
     };
-    match returned.len() {
-        0 => counted,
-        returned => format!("{counted}, {returned} returned unacknowledged"),
+    let others =
+        [(returned, "returned unacknowledged"), (shelved, SHELVED), (out, "out of service")];
+    for (count, words) in others.into_iter().filter(|(count, _)| *count > 0) {
+        counted += &format!(", {count} {words}");
     }
+    counted
 }
 
 /// A time of an alarm.
@@ -114,6 +127,9 @@ pub struct AlarmStatus {
     /// The acknowledgement, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub acknowledged: Option<AlarmAck>,
+    /// Who shelved it, or took it out of service; `state` is then that of its bit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shelved: Option<AlarmShelf>,
     /// For a watch: the line that does not hold.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub watch: Option<String>,
@@ -124,6 +140,24 @@ pub struct AlarmStatus {
 }
 
 impl AlarmStatus {
+    /// Whether it stands, and somebody has to care for it: its bit is ON, and it is not shelved.
+    pub fn is_standing(&self) -> bool {
+        self.state.is_active() && self.shelved.is_none()
+    }
+
+    /// Whether it waits for an acknowledgement.
+    pub fn waits(&self) -> bool {
+        match self.state {
+            AlarmState::Unacknowledged | AlarmState::Returned => self.shelved.is_none(),
+            AlarmState::Acknowledged | AlarmState::Normal => false,
+        }
+    }
+
+    /// The name of its state, or of its suppression.
+    pub fn state_name(&self) -> &'static str {
+        self.shelved.as_ref().map_or(self.state.name(), AlarmShelf::name)
+    }
+
     /// For a watch: the line that does not hold, and why it did not when the alarm rose. Empty for
     /// the alarm of a bit, which `why` explains by its tag.
     pub fn watch_lines(&self) -> Vec<String> {
@@ -133,6 +167,15 @@ impl AlarmStatus {
     }
 }
 
+/// The names of the states of listed alarms, and of suppressed ones.
+pub const LISTED_STATES: [&str; 5] = [
+    AlarmState::Unacknowledged.name(),
+    AlarmState::Acknowledged.name(),
+    AlarmState::Returned.name(),
+    SHELVED,
+    OUT_OF_SERVICE,
+];
+
 /// The answer to `alarms`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AlarmList {
@@ -141,7 +184,7 @@ pub struct AlarmList {
     /// Complete scans since the process started.
     pub scans: u64,
     /// The standing alarms, in the order in which they rose; then the alarms that only wait for an
-    /// acknowledgement.
+    /// acknowledgement; then those that are shelved or out of service.
     pub alarms: Vec<AlarmStatus>,
 }
 
@@ -163,6 +206,9 @@ pub struct AckedAlarm {
     pub before: AlarmState,
     /// Its state now; the same if there was nothing to acknowledge.
     pub after: AlarmState,
+    /// Whether it is shelved or out of service: then nobody has to acknowledge it.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub shelved: bool,
     /// The bit by which the ladder sees the acknowledgement (`ack`), if the alarm has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bit: Option<String>,

@@ -7,6 +7,7 @@
 //! neither tokio nor the log.
 
 mod alarm;
+mod answers;
 pub mod client;
 pub mod deadline;
 mod groups;
@@ -24,6 +25,7 @@ mod recording;
 pub mod running;
 pub mod search;
 pub mod search_failure;
+mod shelf;
 pub mod socket_place;
 mod state;
 mod value;

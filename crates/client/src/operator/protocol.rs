@@ -8,14 +8,20 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 pub use super::alarm::{
-    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, AlarmStatus, AlarmTime, alarm_count,
+    AckList, AckedAlarm, AlarmAck, AlarmList, AlarmState, AlarmStatus, AlarmTime, LISTED_STATES,
+    alarm_count,
 };
+pub use super::answers::{LevelChange, MemorySave};
 use super::deadline::Deadline;
 pub use super::hold::{HOLD_MAX, HOLD_PERIOD_MAX, HeldOperand, HoldState};
 pub use super::metric::MetricList;
 pub use super::offer::{NameList, OfferedName};
 pub use super::present::PresentOutputs;
 pub use super::recording::{RECORDING_BYTES_MAX, RecordingBytes};
+pub use super::shelf::{
+    AlarmShelf, OUT_OF_SERVICE, REASON_CHARS_MAX, SHELF_MS_MAX, SHELVED, ShelfList, ShelvedAlarm,
+    is_reason,
+};
 pub use super::state::{
     BlockStatus, DevicesStatus, FieldDevice, HistogramBar, LadderStatus, LogStatus, ModbusStatus,
     RecordDir, RecordStatus, RetainStatus, ScanStatus, SpreadStatus,
@@ -143,6 +149,27 @@ pub enum Request {
     },
     /// Acknowledges all unacknowledged alarms: [`AckList`].
     AckAll {},
+    /// Shelves all of these alarms or none: [`ShelfList`].
+    Shelve {
+        /// Tags with an `alarm`, or the addresses of their bits.
+        alarms: Vec<String>,
+        /// The time until they come back, ms, at most [`SHELF_MS_MAX`]; `None`: out of service.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_ms: Option<u64>,
+        /// The reason: a line of at most [`REASON_CHARS_MAX`] characters.
+        why: String,
+        /// The person for whom a program shelves: the log shows this user of `rungd web`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
+    /// Brings all of these alarms back or none: [`ShelfList`].
+    Unshelve {
+        /// Tags with an `alarm`, or the addresses of their bits.
+        alarms: Vec<String>,
+        /// The person for whom a program brings them back.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        for_user: Option<String>,
+    },
     /// Changes the mode to RUN or STOP: [`ModeChange`].
     Mode {
         /// The mode.
@@ -355,28 +382,6 @@ pub struct ReloadResult {
     pub mode: String,
 }
 
-/// The answer to a change of the log level.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LevelChange {
-    /// The level before.
-    pub before: Level,
-    /// The level now.
-    pub after: Level,
-}
-
-/// The answer to a request to save retentive memory.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MemorySave {
-    /// The file.
-    pub file: String,
-    /// The number of the image in the file.
-    pub image: u64,
-    /// The scan of the image. A later scan with the same retentive values writes no new image.
-    pub scan: u64,
-    /// The time until the image was durable; 0 if it was durable already.
-    pub flush_us: u64,
-}
-
 impl RequestRefusal {
     /// Whether the operands of the request are the reason: the program does not have one of them,
     /// or they are too many.
@@ -414,6 +419,8 @@ impl Request {
             | Request::Names { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
+            | Request::Shelve { .. }
+            | Request::Unshelve { .. }
             | Request::LogLevel { .. } => AwaitedPart::Nothing,
             Request::Mode { to: WantedMode::Stop, no_wait: false } | Request::RetainSave {} => {
                 AwaitedPart::Image
@@ -459,6 +466,8 @@ impl Request {
             | Request::Rollback {}
             | Request::Ack { .. }
             | Request::AckAll {}
+            | Request::Shelve { .. }
+            | Request::Unshelve { .. }
             | Request::LogLevel { .. }
             | Request::RetainSave {} => false,
         }

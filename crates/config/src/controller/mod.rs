@@ -6,6 +6,7 @@
 //! (`io::NAME::settings`). This module does no I/O: only run time shows whether a port is free or a
 //! priority is granted.
 
+pub mod alarms;
 mod claims;
 pub mod device;
 mod doubts;
@@ -130,6 +131,7 @@ pub(crate) fn resolve_controller_within(
         record: written.record.clone(),
         web,
         watches: watch::resolve(&written.watches, program, progress, &mut resolver.findings),
+        alarms: written.alarms.clone(),
         log: written.log.clone(),
         probation_ms: written.probation_ms,
     };

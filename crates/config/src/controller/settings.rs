@@ -1,5 +1,6 @@
 //! The settings of a controller file, for the daemon.
 
+use super::alarms::AlarmSettings;
 use super::device::settings::Device;
 use super::log::LogSettings;
 use super::operator::Operator;
@@ -50,6 +51,8 @@ pub struct Controller {
     pub web: WebSettings,
     /// The lines that must hold at the end of every scan.
     pub watches: WatchSettings,
+    /// The settings of alarms.
+    pub alarms: AlarmSettings,
     /// The log.
     pub log: LogSettings,
     /// The time for which a reloaded program is on trial, ms; 0: no trial.

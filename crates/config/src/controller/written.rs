@@ -3,6 +3,7 @@
 //! [`read`] takes the file's text. Names and ranges are still texts here, because they can contain
 //! tags: the resolver turns them into addresses once the ladders are loaded.
 
+use super::alarms::{self, AlarmSettings};
 use super::device::driver::{DriverKeys, WrittenDevice};
 use super::device::keys as device;
 use super::log::{self, LogSettings};
@@ -64,6 +65,8 @@ pub struct WrittenController {
     pub(crate) web: WrittenWeb,
     /// `[[watch]]`, in file order.
     pub(super) watches: Vec<WrittenWatch>,
+    /// `[alarms]`.
+    pub(super) alarms: AlarmSettings,
     /// `[log]`.
     pub(crate) log: LogSettings,
     /// `[reload] probation`, ms; 0: none.
@@ -149,6 +152,7 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
         devices: device::read_in(&mut root),
         simulated: simulated_side::read_in(&mut root),
         watches: watch::read_in(&mut root),
+        alarms: alarms::read_in(&mut root),
         log: log::read_in(&mut root),
         probation_ms: read_probation(&mut root),
         operator: operator::read_in(&mut root),

@@ -5,13 +5,13 @@
 
 use serde_json::{Value, json};
 
-use rungd_client::operator::protocol::{AlarmList, AlarmState, ControllerStatus};
+use rungd_client::operator::protocol::{AlarmList, AlarmStatus, ControllerStatus};
 use rungd_net::sparkplug::{
     BornMetric, DataType, Metric, MetricProperties, MetricValue, vocabulary,
 };
 
 /// The facts, with their types, in the order of their aliases.
-const FACTS: [(&str, DataType); 15] = [
+const FACTS: [(&str, DataType); 16] = [
     (vocabulary::CONTROLLER, DataType::Boolean),
     (vocabulary::VERSION, DataType::String),
     (vocabulary::MODE, DataType::String),
@@ -22,6 +22,7 @@ const FACTS: [(&str, DataType); 15] = [
     (vocabulary::OVERRUNS, DataType::Int64),
     (vocabulary::ALARMS, DataType::Int64),
     (vocabulary::ALARMS_UNACKNOWLEDGED, DataType::Int64),
+    (vocabulary::ALARMS_SHELVED, DataType::Int64),
     (vocabulary::ALARM_LIST, DataType::String),
     (vocabulary::SCAN, DataType::Int64),
     (vocabulary::HISTORY_LOST, DataType::Int64),
@@ -92,12 +93,9 @@ fn metric(at: usize) -> BornMetric {
 pub(super) fn of_controller(status: &ControllerStatus, alarms: &AlarmList) -> Vec<NodeFact> {
     let count = |count: usize| MetricValue::Signed(i64::try_from(count).unwrap_or(i64::MAX));
     let text = |text: &str| MetricValue::Text(text.to_owned());
-    let standing = alarms.alarms.iter().filter(|alarm| alarm.state.is_active()).count();
-    let waits = |state: AlarmState| match state {
-        AlarmState::Unacknowledged | AlarmState::Returned => true,
-        AlarmState::Acknowledged | AlarmState::Normal => false,
+    let counted = |fits: &dyn Fn(&AlarmStatus) -> bool| {
+        count(alarms.alarms.iter().filter(|alarm| fits(alarm)).count())
     };
-    let unacknowledged = alarms.alarms.iter().filter(|alarm| waits(alarm.state)).count();
     let overruns = i64::try_from(status.scan.overruns).unwrap_or(i64::MAX);
     vec![
         (vocabulary::CONTROLLER, MetricValue::Bool(true)),
@@ -108,8 +106,9 @@ pub(super) fn of_controller(status: &ControllerStatus, alarms: &AlarmList) -> Ve
         (vocabulary::LADDER_SHA256, text(&status.ladder.sha256)),
         (vocabulary::FORCES, count(status.forces.len())),
         (vocabulary::OVERRUNS, MetricValue::Signed(overruns)),
-        (vocabulary::ALARMS, count(standing)),
-        (vocabulary::ALARMS_UNACKNOWLEDGED, count(unacknowledged)),
+        (vocabulary::ALARMS, counted(&AlarmStatus::is_standing)),
+        (vocabulary::ALARMS_UNACKNOWLEDGED, counted(&AlarmStatus::waits)),
+        (vocabulary::ALARMS_SHELVED, counted(&|alarm| alarm.shelved.is_some())),
         (vocabulary::ALARM_LIST, MetricValue::Text(listed(alarms))),
     ]
 }

@@ -115,6 +115,9 @@ fn short(mut alarm: AlarmStatus) -> AlarmStatus {
     if let Some(acknowledged) = &mut alarm.acknowledged {
         acknowledged.who = cut(&acknowledged.who);
     }
+    if let Some(shelf) = &mut alarm.shelved {
+        (shelf.who, shelf.why) = (cut(&shelf.who), cut(&shelf.why));
+    }
     alarm
 }
 

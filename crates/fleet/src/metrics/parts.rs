@@ -4,7 +4,7 @@
 use super::family::{MetricFamily, MetricKind, flag};
 use super::scraped::Scraped;
 pub use rungd_client::operator::protocol::{
-    AlarmState, AlarmStatus, BitOrNumber, DevicesStatus, FieldDevice, LogStatus, RecordStatus,
+    AlarmStatus, BitOrNumber, DevicesStatus, FieldDevice, LISTED_STATES, LogStatus, RecordStatus,
     RetainStatus, ShownValue,
 };
 use rungd_language::resolve::priority::Priority;
@@ -13,9 +13,6 @@ use rungd_language::resolve::priority::Priority;
 const ALARMS_MAX: usize = 256;
 /// The most characters of an alarm's text in a label.
 const TEXT_CHARS_MAX: usize = 128;
-
-const STATES: [AlarmState; 3] =
-    [AlarmState::Unacknowledged, AlarmState::Acknowledged, AlarmState::Returned];
 
 const US: f64 = 1e6;
 const MS: f64 = 1e3;
@@ -41,25 +38,26 @@ pub(super) fn families(seen: &Scraped) -> Vec<MetricFamily> {
 }
 
 fn alarms(alarms: &[AlarmStatus]) -> Vec<MetricFamily> {
-    let help = "Alarms that stand or wait for an acknowledgement, by priority and state.";
+    let help =
+        "Alarms that stand, wait for an acknowledgement or are shelved, by priority and state.";
     let mut counts = gauges("rungd_alarms", help);
     for (priority, state) in
-        Priority::ALL.iter().flat_map(|priority| STATES.map(|state| (*priority, state)))
+        Priority::ALL.iter().flat_map(|priority| LISTED_STATES.map(|state| (*priority, state)))
     {
-        let fits = |alarm: &&AlarmStatus| (alarm.priority, alarm.state) == (priority, state);
-        let labels = [("priority", priority.name()), ("state", state.name())];
+        let fits = |alarm: &&AlarmStatus| (alarm.priority, alarm.state_name()) == (priority, state);
+        let labels = [("priority", priority.name()), ("state", state)];
         counts = counts.with(&labels, alarms.iter().filter(fits).count() as f64);
     }
     let mut named: Vec<&AlarmStatus> = alarms.iter().collect();
     named.sort_by_key(|alarm| alarm.priority);
-    let help = "1 for each alarm that stands or waits for an acknowledgement.";
+    let help = "1 for each alarm that stands, waits for an acknowledgement or is shelved.";
     let mut each = gauges("rungd_alarm", help);
     for alarm in named.into_iter().take(ALARMS_MAX) {
         let text: String = alarm.text.chars().take(TEXT_CHARS_MAX).collect();
         let labels = [
             ("alarm", alarm.tag.as_str()),
             ("priority", alarm.priority.name()),
-            ("state", alarm.state.name()),
+            ("state", alarm.state_name()),
             ("text", &text),
         ];
         each = each.with(&labels, 1.0);

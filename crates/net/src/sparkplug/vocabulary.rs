@@ -28,6 +28,8 @@ pub const OVERRUNS: &str = "rungd/overruns";
 pub const ALARMS: &str = "rungd/alarms";
 /// The number of alarms that wait for an acknowledgement (Int64).
 pub const ALARMS_UNACKNOWLEDGED: &str = "rungd/alarms/unacknowledged";
+/// The number of alarms that are shelved or out of service (Int64).
+pub const ALARMS_SHELVED: &str = "rungd/alarms/shelved";
 /// The alarm book as JSON, in the format of `rungd alarms --json`; at most 100 alarms (String).
 pub const ALARM_LIST: &str = "rungd/alarm-list";
 /// The last scan whose changes are published (Int64).

@@ -28,6 +28,12 @@ rows! {
         "A word with `log = \"change\"` changed its value: from and to.",
         "Nothing.";
 
+    ALARM_UNSHELVED = 306, "alarm-unshelved", Info, PLANT, Never:
+        "2bcada23b73043bca0d632bc5c2cf992",
+        "A shelved alarm is back, or one that was out of service, without a request: its time is \
+         over, or the program does not have it, or calls it critical.",
+        "If the alarm stands: care for it, and acknowledge it. It can be shelved again.";
+
     BLOCK_STARTED = 401, "block-started", Info, PLANT, ByBlocks:
         "274eb387ce934a6dbb53a814a9bfda4e",
         "A Program or Task was started. Built-in Tasks are logged at level debug.",
@@ -113,4 +119,11 @@ rows! {
         "In one scan more happened to Programs, Tasks, Stages and MATHs than the scan thread can \
          hand over. The log lost events; events says how many.",
         "Nothing for the plant: all of it was executed.";
+
+    ALARM_FILE = 605, "alarm-file", Warn, PLANT, Never:
+        "bfb4458eb4884e358bf0008c33dd8e52",
+        "The file that keeps shelves and acknowledgements over a restart is damaged, or cannot be \
+         read or written. The controller runs. A damaged file is renamed.",
+        "See the reason: the disk, or the rights of the folder. Shelve alarms again if they are to \
+         be shelved.";
 }

@@ -150,4 +150,15 @@ rows! {
         "An operator acknowledged an alarm: user, tag, state before, state after. An alarm that \
          stands stays in the list as acknowledged; one that went away before leaves the list.",
         "Nothing, if you know the user.";
+
+    OPERATOR_SHELVE = 816, "operator-shelve", Info, NONE, Never:
+        "46e39c057a0e40d2833eabbcb985ebd5",
+        "An operator shelved an alarm for a time, or took it out of service: user, tag, reason. It \
+         is still followed and logged, but nobody has to care for it.",
+        "Nothing, if you know the user.";
+
+    OPERATOR_UNSHELVE = 817, "operator-unshelve", Info, NONE, Never:
+        "4457903d28d0435db996b697574a1a70",
+        "An operator brought a shelved alarm back, or returned an alarm to service.",
+        "Nothing, if you know the user.";
 }

@@ -268,7 +268,7 @@ pub(crate) fn keep_aside(path: &Path, seen: FileIdentity) -> io::Result<PathBuf>
 ///
 /// # Errors
 /// The error of the system.
-pub(crate) fn rename_aside(path: &Path) -> io::Result<PathBuf> {
+pub fn rename_aside(path: &Path) -> io::Result<PathBuf> {
     let path = &followed(path);
     for number in 1..10_000 {
         let aside = with_ending(path, &format!(".aside-{number}"));

@@ -389,10 +389,10 @@ function alarmsInShort(alarms) {
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
-  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", "state", "since", "today", ""].map((name) =>
+  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", "group", "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
-    h("td", {}, alarm.priority), h("td", {}, stateOf(alarm)),
+    h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
+    h("td", {}, alarm.priority), h("td", {}, alarm.group || ""), h("td", {}, stateOf(alarm)),
     h("td", { class: "num" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
     h("td", { class: "num" }, String(alarm.day || "")), h("td", {}, ackButton(alarm))))));
 }
@@ -405,12 +405,16 @@ function whyOf(alarm) {
 }
 
 function stateOf(alarm) {
+  if (alarm.shelved) {
+    const end = alarm.shelved.until_ns ? "shelved until " + clockOf(alarm.shelved.until_ns / 1e6) : "out of service";
+    return `${end} by ${alarm.shelved.who}: ${alarm.shelved.why}`;
+  }
   if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
   return alarm.state === "returned" ? "returned, not acknowledged" : "not acknowledged";
 }
 
 function ackButton(alarm) {
-  if (alarm.state === "acknowledged" || !state.session.user) return null;
+  if (alarm.state === "acknowledged" || alarm.shelved || !state.session.user) return null;
   const said = h("span", { role: "status", class: "error" });
   return h("span", {}, h("button", { onclick: async () => {
     try {
