@@ -89,7 +89,22 @@ fn person(request: &Request) -> Option<&str> {
         | Request::Ack { for_user, .. }
         | Request::Shelve { for_user, .. }
         | Request::Unshelve { for_user, .. } => for_user.as_deref(),
-        _ => None,
+        Request::Status { .. }
+        | Request::Read { .. }
+        | Request::ReadSet { .. }
+        | Request::Force { .. }
+        | Request::Unforce { .. }
+        | Request::UnforceAll { .. }
+        | Request::Alarms { .. }
+        | Request::AckAll { .. }
+        | Request::Mode { .. }
+        | Request::Reload { .. }
+        | Request::Rollback { .. }
+        | Request::LogLevel { .. }
+        | Request::RetainSave { .. }
+        | Request::Recording { .. }
+        | Request::Metrics { .. }
+        | Request::Names { .. } => None,
     }
 }
 
