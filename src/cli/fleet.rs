@@ -10,12 +10,13 @@ use std::time::Duration;
 
 use anyhow::{Context as _, Result};
 use clap::{Args, Subcommand};
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use serde::Serialize;
 
 use super::exit::Exit;
 use super::fleet_broker::BrokerArgs;
 use super::fleet_page::{alarms_page, change_line, status_page};
-use super::terminal::{expect_reader, plain_json, print, say_line};
+use super::terminal::{plain_json, print, say_line};
 use super::when::LocalClock;
 use rungd_base::wall_clock::now_ms;
 use rungd_engine::isa::duration;
@@ -213,4 +214,20 @@ fn answer<T: Serialize>(json: bool, answer: &T, text: impl FnOnce() -> String) -
         print(&text())?;
     }
     Ok(())
+}
+
+/// Checks that somebody can still read standard output: a command that may have nothing to print
+/// for hours ends with its reader (`… | head -1`), and not only at its next line.
+///
+/// # Errors
+/// A broken pipe: the reader has ended.
+fn expect_reader() -> io::Result<()> {
+    let output = io::stdout();
+    let mut polled = [PollFd::new(&output, PollFlags::empty())];
+    // A pipe without a reader is in error, a terminal or a connection that has ended hangs up.
+    poll(&mut polled, Some(&Timespec::default()))?;
+    match polled[0].revents().intersects(PollFlags::ERR | PollFlags::HUP) {
+        true => Err(io::ErrorKind::BrokenPipe.into()),
+        false => Ok(()),
+    }
 }

@@ -11,8 +11,6 @@ use std::io::{self, IsTerminal, Write};
 use std::os::fd::AsFd;
 use std::sync::OnceLock;
 
-use rustix::event::{PollFd, PollFlags, Timespec, poll};
-
 use super::folded::{COLUMNS_MAX, folded};
 use rungd_client::operator::SOCKET_VARIABLE;
 use rungd_language::source::wording::{escaped, is_obeyed};
@@ -124,22 +122,6 @@ pub(super) fn window(terminal: impl AsFd) -> Option<(usize, usize)> {
     let size = rustix::termios::tcgetwinsize(terminal).ok()?;
     let is_known = size.ws_col > 0 && size.ws_row > 0;
     is_known.then(|| (size.ws_col.into(), size.ws_row.into()))
-}
-
-/// Checks that somebody can still read standard output: a command that may have nothing to print
-/// for hours ends with its reader (`… | head -1`), and not only at its next line.
-///
-/// # Errors
-/// A broken pipe: the reader has ended.
-pub(super) fn expect_reader() -> io::Result<()> {
-    let output = io::stdout();
-    let mut polled = [PollFd::new(&output, PollFlags::empty())];
-    // A pipe without a reader is in error, a terminal or a connection that has ended hangs up.
-    poll(&mut polled, Some(&Timespec::default()))?;
-    match polled[0].revents().intersects(PollFlags::ERR | PollFlags::HUP) {
-        true => Err(io::ErrorKind::BrokenPipe.into()),
-        false => Ok(()),
-    }
 }
 
 /// Prints a text on standard error as it is.
