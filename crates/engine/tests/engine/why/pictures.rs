@@ -62,7 +62,8 @@ fn fresh(name: &str, picture: &str) {
 /// `data-p="1"`, where the page's script sets the class `on`.
 fn style() -> String {
     let colours = STYLE.find(":root").expect("colours")..STYLE.find("* {").expect("their end");
-    let rules = STYLE.lines().filter(|line| line.starts_with("svg ") && !line.contains(":focus"));
+    let rules = STYLE.lines().map(|line| line.strip_prefix(".rung ").unwrap_or(line));
+    let rules = rules.filter(|line| line.starts_with("svg ") && !line.contains(":focus"));
     let rules = rules.map(|line| line.replace(".on ", "[data-p=\"1\"] ") + "\n");
     STYLE[colours].to_owned() + &rules.collect::<String>()
 }
