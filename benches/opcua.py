@@ -123,7 +123,7 @@ def main():
         print(f"values a subscriber: {min(received)} to {max(received)}; {wanted:.0f} were made in that time")
         shown = subprocess.run([BUILT / "rungd", "status", "--socket", "t.sock", "--json"], cwd=folder,
                                capture_output=True, text=True).stdout
-        print("overruns:", json.loads(shown).get("overruns"))
+        print("overruns:", json.loads(shown)["scan"]["overruns"])
         for process in (serving, running):
             process.send_signal(signal.SIGTERM)
             process.wait(20)
