@@ -9,7 +9,6 @@ that a host received in the same time. Needs mosquitto; pip: pysparkplug (with p
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -19,20 +18,10 @@ from pathlib import Path
 import paho.mqtt.client as mqtt
 from pysparkplug._protobuf import sparkplug_b_pb2
 
+from processes import free_port, seconds
+
 TAGS = 1000
 RUNGD = Path(__file__).resolve().parent.parent / "target" / os.environ.get("PROFILE", "release") / "rungd"
-
-
-def free_port():
-    with socket.socket() as listener:
-        listener.bind(("127.0.0.1", 0))
-        return listener.getsockname()[1]
-
-
-def seconds(pid):
-    """The processor time of a process."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def write_files(folder, port):

@@ -24,7 +24,6 @@ import random
 import re
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 import tempfile
@@ -33,6 +32,8 @@ import time
 
 import paho.mqtt.client as mqtt
 from pysparkplug._protobuf import sparkplug_b_pb2
+
+from processes import free_port
 
 GROUP, HOST = "trial", "judge"
 KEEPALIVE_S = 5
@@ -112,12 +113,6 @@ TAGS = ["parts.Acc", "parts.Done", "level", "temperature", "lamp", "second", "ja
 
 def sh(*words):
     return subprocess.run(words, capture_output=True, text=True)
-
-
-def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
 
 
 class Brokers:

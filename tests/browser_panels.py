@@ -13,7 +13,7 @@ import tempfile
 import time
 
 import browser_rig as rig
-from browser_rig import Pages, Plant, wait_for
+from browser_rig import HEAD, Pages, Plant, wait_for
 
 LADDER = """
 [ladder]
@@ -38,11 +38,7 @@ rung = [
   { when = ["$Off"], do = ["OUT driven"] },
 ]
 """
-CONTROLLER = """
-ladder = ["ladder.toml"]
-scan.period = "20ms"
-scan.watchdog = "30s"
-operator.socket = "s"
+CONTROLLER = HEAD + """
 [web]
 write = ["start", "late", "driven", "level", "gain", "step"]
 [[panel]]
@@ -187,11 +183,7 @@ rung = [
   { when = ["jog"], do = ["OUT motor"] },
 ]
 """
-CRANE_CONTROLLER = """
-ladder = ["ladder.toml"]
-scan.period = "20ms"
-scan.watchdog = "30s"
-operator.socket = "s"
+CRANE_CONTROLLER = HEAD + """
 [web]
 write = ["jog"]
 [[panel]]
@@ -359,11 +351,7 @@ door = { at = "C2" }
 name = "Main"
 rung = [{ when = ["recipes[0].nuts", "recipes[0].sugar > 0", "recipes[0].heat > 1.0"], do = ["OUT Y0"] }]
 """
-BAKERY_CONTROLLER = """
-ladder = ["ladder.toml"]
-scan.period = "20ms"
-scan.watchdog = "30s"
-operator.socket = "s"
+BAKERY_CONTROLLER = HEAD + """
 [web]
 write = ["recipes"]
 [[panel]]
@@ -445,11 +433,7 @@ valve = { at = "C1" }
 name = "Main"
 rung = [{ when = ["pump", "level > 0", "valve"], do = ["OUT Y0"] }]
 """
-TANK_CONTROLLER = """
-ladder = ["ladder.toml"]
-scan.period = "20ms"
-scan.watchdog = "30s"
-operator.socket = "s"
+TANK_CONTROLLER = HEAD + """
 [[panel]]
 name = "Tank"
 show = [{ mimic = "tank.svg", text = "The tank" }]

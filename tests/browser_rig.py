@@ -95,11 +95,14 @@ name = "Full"
 when = ["!lamp"]
 do = ["JMP Empty"]
 """
-CONTROLLER = """
+# The keys of every controller file here, which come first.
+HEAD = """
 ladder = ["ladder.toml"]
 scan.period = "20ms"
 scan.watchdog = "30s"
 operator.socket = "s"
+"""
+CONTROLLER = HEAD + """
 [web]
 write = ["level", "start", "halt"]
 [[panel]]

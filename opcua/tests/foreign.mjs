@@ -140,6 +140,19 @@ async function read(session, names) {
   return (await session.read(nodes)).map((one) => one.value.value);
 }
 
+/** A subscription of one value, with every change of it. */
+async function monitored(session, name, queueSize) {
+  const subscription = await session.createSubscription2({
+    requestedPublishingInterval: 100, requestedLifetimeCount: 6000, requestedMaxKeepAliveCount: 10,
+    maxNotificationsPerPublish: 0, publishingEnabled: true, priority: 1,
+  });
+  const item = await subscription.monitor(
+    { nodeId: idOf(name), attributeId: opcua.AttributeIds.Value },
+    { samplingInterval: 0, queueSize, discardOldest: true }, opcua.TimestampsToReturn.Both,
+  );
+  return { subscription, item };
+}
+
 /** Whether a value of OPC UA is that of `rungd read`. */
 function isSame(got, shown) {
   if (got === null || got === undefined) return false;
@@ -196,14 +209,7 @@ async function plants() {
 async function changes() {
   const got = [];
   await connected(async (session) => {
-    const subscription = await session.createSubscription2({
-      requestedPublishingInterval: 100, requestedLifetimeCount: 6000, requestedMaxKeepAliveCount: 10,
-      maxNotificationsPerPublish: 0, publishingEnabled: true, priority: 1,
-    });
-    const item = await subscription.monitor(
-      { nodeId: idOf("fast"), attributeId: opcua.AttributeIds.Value },
-      { samplingInterval: 0, queueSize: 10_000, discardOldest: true }, opcua.TimestampsToReturn.Both,
-    );
+    const { subscription, item } = await monitored(session, "fast", 10_000);
     item.on("changed", (data) => got.push([data.value.value, data.sourceTimestamp, data.sourcePicoseconds]));
     const begin = new Date(Date.now() - 60_000);
     const on = (value) => session.write({
@@ -233,14 +239,7 @@ async function changes() {
 async function returns(running, serving) {
   await connected(async (session, client) => {
     const got = [];
-    const subscription = await session.createSubscription2({
-      requestedPublishingInterval: 100, requestedLifetimeCount: 600, requestedMaxKeepAliveCount: 10,
-      maxNotificationsPerPublish: 0, publishingEnabled: true, priority: 1,
-    });
-    const item = await subscription.monitor(
-      { nodeId: idOf("/status/Mode"), attributeId: opcua.AttributeIds.Value },
-      { samplingInterval: 0, queueSize: 10, discardOldest: true }, opcua.TimestampsToReturn.Both,
-    );
+    const { item } = await monitored(session, "/status/Mode", 10);
     item.on("changed", (data) => got.push(data.statusCode.name));
     await awaits("a first value", () => got.at(-1) === "Good");
     await running.end("SIGKILL");

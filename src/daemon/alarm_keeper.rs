@@ -106,25 +106,12 @@ pub(super) fn unix_ns(at_ns: u64) -> i64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::daemon::alarm_book::{AlarmSource, KnownAlarm};
-    use rungd_runtime::command::Forces;
+    use crate::daemon::alarm_book::{self, AlarmSource, KnownAlarm};
     use rungd_runtime::exchange::Mode;
 
     fn image(scans: u64, on: bool) -> Snapshot {
-        Snapshot {
-            generation: 0,
-            scans,
-            now_ns: scans,
-            mode: Mode::Run,
-            since_ns: 0,
-            ending: false,
-            bits: vec![u8::from(on)].into(),
-            words: Box::default(),
-            outputs: Box::default(),
-            tickets_done: 0,
-            forces: Forces::default(),
-            safe: Vec::new().into(),
-        }
+        let image = alarm_book::tests::image(scans, Mode::Run);
+        Snapshot { now_ns: scans, bits: vec![u8::from(on)].into(), ..image }
     }
 
     #[test]

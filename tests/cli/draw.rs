@@ -4,9 +4,10 @@
 use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use expect_test::expect;
+
+use super::fmt::rungd;
 
 const LADDER: &str = r#"[ladder]
 name = "plant"
@@ -63,11 +64,6 @@ fn folder(name: &str) -> PathBuf {
     fs::write(folder.join("plant.toml"), LADDER).expect("written");
     fs::write(folder.join("plant.test.toml"), TEST).expect("written");
     folder
-}
-
-fn rungd(args: &[&str], folder: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.args(args).current_dir(folder).output().expect("rungd runs")
 }
 
 /// The standard output of a command, which must succeed without text on standard error.

@@ -2,24 +2,13 @@
 //! `crates/import/tests/export`.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
+use super::fmt::{rungd, said};
 use rungd_test_support::folder::TestFolder;
 
 const LADDER: &str = "[ladder]\ndevices = [\"rack\"]\n[tags]\nlow = { at = \"X0\" }\n\
                       [[program]]\nname = \"Main\"\nrung = [{ when = [\"low\", \"rack.Ok\", \
                       \"$Hour < 6\"], do = [\"OUT Y0\"] }]\n";
-
-fn rungd(args: &[&str], folder: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.args(args).current_dir(folder).env("NO_COLOR", "1").env_remove("RUNGD_LOG");
-    command.output().expect("rungd runs")
-}
-
-fn said(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 #[test]
 fn what_comes_from_outside_of_the_ladder_is_listed() {

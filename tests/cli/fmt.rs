@@ -10,7 +10,8 @@ use rungd_test_support::needs::{Need, skip};
 
 pub(super) fn rungd(args: &[&str], folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.args(args).current_dir(folder).output().expect("rungd runs")
+    command.args(args).current_dir(folder).env("NO_COLOR", "1").env_remove("RUNGD_LOG");
+    command.output().expect("rungd runs")
 }
 
 /// A fresh folder with a folder `programs`.
@@ -21,7 +22,7 @@ pub(super) fn folder(name: &str) -> PathBuf {
     folder
 }
 
-fn said(bytes: &[u8]) -> String {
+pub(super) fn said(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 

@@ -2,9 +2,8 @@
 //! same each time, and fails after a change; `check`, `draw` and `xref` of a foreign file.
 
 use std::fs;
-use std::path::Path;
-use std::process::{Command, Output};
 
+use super::fmt::{rungd, said};
 use rungd_test_support::folder::TestFolder;
 
 /// An L5X file with these tags, each `NAME: TYPE`, and these rungs.
@@ -33,16 +32,6 @@ const RUNGS: [&str; 5] = [
     "XIC(t.DN)ADD(n,1,n);",
     "GRT(level,2.5)OTE(hot);",
 ];
-
-fn rungd(args: &[&str], folder: &Path) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));
-    command.args(args).current_dir(folder).env("NO_COLOR", "1").env_remove("RUNGD_LOG");
-    command.output().expect("rungd runs")
-}
-
-fn said(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
 
 #[test]
 fn what_an_import_pins_passes_and_a_changed_rung_fails() {

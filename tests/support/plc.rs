@@ -42,21 +42,24 @@ pub fn retaining(ladder: &str, programs: &[&str]) -> Plc {
     for block in program.blocks.iter_mut().filter(|block| programs.contains(&&*block.name)) {
         block.retains_stages = true;
     }
-    let (engine_program, symbols) = lower(&program);
-    let engine = Engine::new(engine_program);
-    let times = ScanTimes::default();
-    Plc {
-        program,
-        symbols,
-        engine,
-        now_ns: 0,
-        period_ns: 10_000_000,
-        times,
-        local: LocalTime::default(),
-    }
+    Plc::of(program)
 }
 
 impl Plc {
+    /// The engine of a program, not started yet.
+    pub fn of(program: Program) -> Plc {
+        let (engine_program, symbols) = lower(&program);
+        Plc {
+            program,
+            symbols,
+            engine: Engine::new(engine_program),
+            now_ns: 0,
+            period_ns: 10_000_000,
+            times: ScanTimes::default(),
+            local: LocalTime::default(),
+        }
+    }
+
     pub fn cell(&self, name: &str) -> Cell {
         run::cell(&self.program, &self.symbols, name).unwrap_or_else(|error| panic!("{error}"))
     }

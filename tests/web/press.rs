@@ -2,9 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::users::passwd;
+use super::users::signed_in;
 use crate::web::client::{HttpAnswer, Visitor, Web};
-use rungd_test_support::running::live::Live;
 
 /// `longest` is the time from the first to the last scan in which the bit was ON, in ms.
 const LADDER: &str = r#"
@@ -30,12 +29,7 @@ show = [{ hold = "jog" }]
 "#;
 
 fn crane() -> (Web, Visitor) {
-    let live = Live::start(LADDER, CONTROLLER, &[]);
-    let file = live.folder.join("users").display().to_string();
-    passwd(&file, "anna", "correct horse");
-    let web = Web::of(live, &["--users-file", &file]);
-    let anna = web.visitor(web.sign_in("anna", "correct horse").cookie());
-    (web, anna)
+    signed_in(LADDER, CONTROLLER)
 }
 
 /// Presses until a scan has seen it: on a busy machine it may come too late.

@@ -2,9 +2,8 @@
 
 use serde_json::{Value, json};
 
-use super::users::passwd;
+use super::users::signed_in;
 use crate::web::client::{Visitor, Web};
-use rungd_test_support::running::live::Live;
 
 const LADDER: &str = r#"
 ladder.name = "bakery"
@@ -28,12 +27,7 @@ show = [{ recipe = "recipes", text = "Cakes" }, { lamp = "lamp" }]
 "#;
 
 fn bakery() -> (Web, Visitor) {
-    let live = Live::start(LADDER, CONTROLLER, &[]);
-    let file = live.folder.join("users").display().to_string();
-    passwd(&file, "anna", "correct horse");
-    let web = Web::of(live, &["--users-file", &file]);
-    let anna = web.visitor(web.sign_in("anna", "correct horse").cookie());
-    (web, anna)
+    signed_in(LADDER, CONTROLLER)
 }
 
 fn value(web: &Web, operand: &str) -> Value {

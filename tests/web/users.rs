@@ -22,6 +22,16 @@ pub fn passwd(file: &str, user: &str, password: &str) -> (i32, String) {
     (said.status.code().unwrap(), String::from_utf8(said.stderr).unwrap())
 }
 
+/// A controller and its pages, with the user anna signed in.
+pub fn signed_in(ladder: &str, controller: &str) -> (Web, Visitor) {
+    let live = Live::start(ladder, controller, &[]);
+    let file = live.folder.join("users").display().to_string();
+    passwd(&file, "anna", "correct horse");
+    let web = Web::of(live, &["--users-file", &file]);
+    let anna = web.visitor(web.sign_in("anna", "correct horse").cookie());
+    (web, anna)
+}
+
 /// The exit code of the removal of a user.
 fn removed(file: &str, user: &str) -> i32 {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rungd"));

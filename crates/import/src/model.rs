@@ -54,6 +54,25 @@ pub struct LadderFile {
     pub blocks: Vec<ProjectBlock>,
 }
 
+impl LadderFile {
+    /// The file `main` with a Program `Main` without rungs.
+    pub fn empty_main(doc: &str) -> LadderFile {
+        let main = ProjectBlock {
+            kind: ProjectBlockKind::Program,
+            name: "Main".to_owned(),
+            doc: String::new(),
+            rungs: Vec::new(),
+            stages: Vec::new(),
+        };
+        LadderFile {
+            name: "main".to_owned(),
+            doc: doc.to_owned(),
+            blocks: vec![main],
+            ..LadderFile::default()
+        }
+    }
+}
+
 /// A record.
 #[derive(Clone, Debug)]
 pub struct Record {

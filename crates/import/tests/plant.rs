@@ -1,11 +1,9 @@
 //! An imported project in virtual time.
 
-use rungd_base::calendar::LocalTime;
 use rungd_config::load::{self, Loaded};
-use rungd_engine::{Engine, EngineCall, ScanTimes};
+use rungd_engine::EngineCall;
 use rungd_import::model::ForeignProject;
 use rungd_import::write::{CONTROLLER, files};
-use rungd_language::lower::lower;
 use rungd_language::source::finding::Severity;
 use rungd_language::source::render::{Style, render};
 use rungd_test_support::folder::TestFolder;
@@ -45,19 +43,9 @@ pub fn texts(project: &ForeignProject) -> String {
 pub fn started(project: &ForeignProject) -> Plc {
     let errors = errors(project);
     assert!(errors.is_empty(), "{errors}\n{}", texts(project));
-    let program = loaded(project).program.expect("no finding is an error");
-    let (code, symbols) = lower(&program);
-    let mut engine = Engine::new(code);
-    engine.start(0);
-    Plc {
-        program,
-        symbols,
-        engine,
-        now_ns: 0,
-        period_ns: 10_000_000,
-        times: ScanTimes::default(),
-        local: LocalTime::default(),
-    }
+    let mut plc = Plc::of(loaded(project).program.expect("no finding is an error"));
+    plc.engine.start(0);
+    plc
 }
 
 /// Makes a scan that begins at a time, with values that are written before it.

@@ -15,7 +15,7 @@ mod pending;
 mod shelf;
 mod shelves;
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;
 mod time;
 
 pub(super) use book::AlarmBook;

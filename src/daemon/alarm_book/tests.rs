@@ -201,7 +201,7 @@ fn shelf(for_ms: Option<u64>) -> WantedShelf {
 }
 
 /// An image of these scans in a mode.
-fn image(scans: u64, mode: Mode) -> Snapshot {
+pub(in super::super) fn image(scans: u64, mode: Mode) -> Snapshot {
     Snapshot {
         generation: 0,
         scans,

@@ -111,6 +111,14 @@ pub enum WidgetKind {
 /// In place of a group: all alarms.
 pub const ALL_ALARMS: &str = "*";
 
+/// Whether a kind of part has `min` and `max`.
+#[derive(Clone, Copy)]
+enum EndsOfKind {
+    Needed,
+    Possible,
+    None,
+}
+
 impl WidgetKind {
     /// All kinds.
     pub const ALL: [WidgetKind; 9] = all_variants![
@@ -175,6 +183,21 @@ impl WidgetKind {
                 "An array of records as a table, to edit if `[web] write` lists it; also a record \
                  or an array."
             }
+        }
+    }
+
+    /// Whether it has `min` and `max`.
+    fn ends(self) -> EndsOfKind {
+        match self {
+            WidgetKind::Bar => EndsOfKind::Needed,
+            WidgetKind::Trend => EndsOfKind::Possible,
+            WidgetKind::Lamp
+            | WidgetKind::Button
+            | WidgetKind::Hold
+            | WidgetKind::Value
+            | WidgetKind::Alarms
+            | WidgetKind::Recipe
+            | WidgetKind::Mimic => EndsOfKind::None,
         }
     }
 
@@ -300,43 +323,24 @@ fn limits(
     ends: Option<[i32; 2]>,
 ) -> Option<Option<(i32, i32)>> {
     let has_end = table.has("min") || table.has("max");
-    match (kind, ends, has_end) {
-        (WidgetKind::Bar | WidgetKind::Trend, Some([min, max]), _) if min < max => {
+    match (kind.ends(), ends) {
+        (EndsOfKind::None, _) if has_end => {
+            let message = format!("{} has no `min` and `max`", kind.noun());
+            let without = Fix::from(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
+            let help = Help::from("leave them out, or write a `bar`");
+            refuse(table, table.span(), message, help.with(without.possible()))
+        }
+        (EndsOfKind::None, _) => Some(None),
+        (EndsOfKind::Possible, _) if !has_end => Some(None),
+        (EndsOfKind::Possible | EndsOfKind::Needed, Some([min, max])) if min < max => {
             Some(Some((min, max)))
         }
-        (
-            WidgetKind::Trend
-            | WidgetKind::Lamp
-            | WidgetKind::Button
-            | WidgetKind::Hold
-            | WidgetKind::Value
-            | WidgetKind::Alarms
-            | WidgetKind::Recipe
-            | WidgetKind::Mimic,
-            _,
-            false,
-        ) => Some(None),
-        (WidgetKind::Bar | WidgetKind::Trend, ..) => {
+        (EndsOfKind::Possible | EndsOfKind::Needed, _) => {
             let message = format!("a {} goes from `min` to a greater `max`", kind.key());
             let lines = "min = 0\nmax = 100".to_owned();
             let ends = Fix::from(FixEdit::Lines { lines, instead: None }).possible();
             let help = Help::from("write `min = 0, max = 100`").with(ends);
             refuse(table, table.span(), message, help)
-        }
-        (
-            WidgetKind::Lamp
-            | WidgetKind::Button
-            | WidgetKind::Hold
-            | WidgetKind::Value
-            | WidgetKind::Alarms
-            | WidgetKind::Recipe
-            | WidgetKind::Mimic,
-            ..,
-        ) => {
-            let message = format!("{} has no `min` and `max`", kind.noun());
-            let without = Fix::from(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
-            let help = Help::from("leave them out, or write a `bar`");
-            refuse(table, table.span(), message, help.with(without.possible()))
         }
     }
 }

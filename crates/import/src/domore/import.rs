@@ -4,9 +4,7 @@ use std::collections::{BTreeMap, HashSet};
 
 use super::form::{BEGIN, END, FLAGS, begins, plain_name};
 use crate::csv::{CsvRecord, records};
-use crate::model::{
-    ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectTag,
-};
+use crate::model::{ForeignProject, LadderFile, Outcome, ProjectTag};
 use crate::names::GivenNames;
 use rungd_engine::isa::address_text::{AddressError, parse};
 use rungd_engine::isa::{Address, MemorySizes, Space};
@@ -46,18 +44,9 @@ pub fn read(text: &str) -> Result<ForeignProject, String> {
         ));
     }
     let ladder = LadderFile {
-        name: "main".to_owned(),
-        doc: "The elements of a Do-more".to_owned(),
         allow: HABITS.to_vec(),
         tags: work.tags,
-        blocks: vec![ProjectBlock {
-            kind: ProjectBlockKind::Program,
-            name: "Main".to_owned(),
-            doc: String::new(),
-            rungs: Vec::new(),
-            stages: Vec::new(),
-        }],
-        ..LadderFile::default()
+        ..LadderFile::empty_main("The elements of a Do-more")
     };
     Ok(ForeignProject {
         name: "main".to_owned(),

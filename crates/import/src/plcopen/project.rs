@@ -273,18 +273,7 @@ pub(super) fn plain_rung(name: &str, contact: &str, body: Vec<String>) -> Projec
 fn main(starts: Vec<String>, files: &mut Vec<LadderFile>) {
     let mut blocks = files.iter().flat_map(|file| &file.blocks);
     if blocks.all(|block| block.name != "Main") {
-        files.push(LadderFile {
-            name: "main".to_owned(),
-            doc: "No program of the original runs in every scan".to_owned(),
-            blocks: vec![ProjectBlock {
-                kind: ProjectBlockKind::Program,
-                name: "Main".to_owned(),
-                doc: String::new(),
-                rungs: Vec::new(),
-                stages: Vec::new(),
-            }],
-            ..LadderFile::default()
-        });
+        files.push(LadderFile::empty_main("No program of the original runs in every scan"));
     }
     let main =
         files.iter_mut().flat_map(|file| &mut file.blocks).find(|block| block.name == "Main");

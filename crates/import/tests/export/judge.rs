@@ -1,15 +1,13 @@
 //! One ladder in three executions: rungd, the interpreter with its export, rungd with the export's
 //! import.
 
-use rungd_base::calendar::LocalTime;
 use rungd_base::random::SplitMix64;
 use rungd_engine::isa::{Address, Bit, BitSpace, Real, Word, WordSpace};
-use rungd_engine::{Cell, Engine, EngineCall, ScanTimes};
+use rungd_engine::{Cell, EngineCall};
 use rungd_import::model::Fate;
 use rungd_import::names::legal;
 use rungd_import::plcopen;
 use rungd_lab::export::{ExportedLadder, VariableOfAddress, exported};
-use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_test_support::plc::Plc;
 
@@ -174,16 +172,7 @@ fn content(value: Value) -> i32 {
 }
 
 fn started(program: Program) -> Plc {
-    let (code, symbols) = lower(&program);
-    let mut engine = Engine::new(code);
-    engine.start(0);
-    Plc {
-        program,
-        symbols,
-        engine,
-        now_ns: 0,
-        period_ns: 10_000_000,
-        times: ScanTimes::default(),
-        local: LocalTime::default(),
-    }
+    let mut plc = Plc::of(program);
+    plc.engine.start(0);
+    plc
 }
