@@ -48,7 +48,9 @@ impl Name {
     /// The sizes that the table shows.
     pub fn sizes(self) -> &'static [usize] {
         match self {
-            Name::Ordered | Name::Shuffled | Name::Contacts => &[100, 1000, 10_000],
+            Name::Ordered | Name::Contacts => &[100, 1000, 10_000],
+            // 5000 beside W-chain.
+            Name::Shuffled => &[100, 1000, 5000, 10_000],
             Name::Chained30 | Name::Chained60 => &[100, 1000, 5000],
             Name::Stages => &[10, 100, 1000],
         }
