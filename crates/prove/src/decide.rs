@@ -229,8 +229,11 @@ impl Asked<'_> {
         };
         let mut tried = try_path(path);
         for added in [AddedScan::Same, AddedScan::Before] {
+            if tried.run.is_confirmed {
+                break;
+            }
             let longer = stretched(self.questions, path, added);
-            if tried.run.is_confirmed || longer.scans.len() == path.scans.len() {
+            if longer.scans.len() == path.scans.len() {
                 break;
             }
             tried = try_path(&longer);

@@ -10,6 +10,7 @@ mod answer;
 mod begin;
 mod minimal;
 mod sentence;
+mod still;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -30,12 +31,12 @@ use crate::race::{Decision, Race};
 use crate::trial::Trial;
 use rungd_config::controller::Controller;
 use rungd_engine::BitCell;
-use rungd_engine::isa::status::dst;
-use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
+use rungd_engine::isa::{Address, Bit, BitSpace};
 use rungd_history::playback::{PlayableProgram, RecordedMoment};
 use rungd_lab::testing::{AskedCondition, Suite, run_text, try_run};
 use rungd_language::source::wording::counted;
 use sentence::Sentence;
+use still::still_models;
 
 /// A question.
 pub struct HowQuestion {
@@ -141,13 +142,8 @@ impl HowQuestion {
 
     fn decided(&self, limits: &DecideLimits, begun: Instant) -> HowVerdict {
         let race = limits.race(begun);
-        // First the time of day stands still: nobody changes it, and it has many values. Then only
-        // the times of scans do: they make no way, but a proof needs all their values.
-        let still: [fn(u32) -> bool; 2] = [dst::is_given, dst::is_of_scans];
-        let from = usize::from(self.begin.is_none());
         let mut end = begun + limits.time / 2;
-        for stands_still in &still[from..] {
-            let Some(still) = self.with_still(stands_still) else { continue };
+        for still in still_models(&self.questions.model, self.begin.is_none()) {
             let part = Race { end, ..race.clone() };
             if let found @ HowVerdict::Found { .. } = self.verdict(&still, &part) {
                 return found;
@@ -155,23 +151,6 @@ impl HowQuestion {
             end += limits.time / 4;
         }
         self.verdict(&self.questions.model, &race)
-    }
-
-    /// The model in which some DST stay those of its state; `None`: it has none of them.
-    fn with_still(&self, stands_still: impl Fn(u32) -> bool) -> Option<ProofModel> {
-        let mut model = self.questions.model.clone();
-        let levels = model.resting();
-        let is_still = |cell| match self.questions.model.code.layout.address(cell) {
-            Some(Address::Word(Word::Space(WordSpace::Dst, n))) => stands_still(n),
-            Some(_) | None => false,
-        };
-        let mut has_any = false;
-        for (input, level) in model.inputs.iter_mut().zip(levels) {
-            if is_still(input.cell) {
-                (input.low, input.high, has_any) = (level, level, true);
-            }
-        }
-        has_any.then_some(model)
     }
 
     fn verdict(&self, model: &ProofModel, race: &Race) -> HowVerdict {
