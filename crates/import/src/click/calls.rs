@@ -38,9 +38,6 @@ impl RungWork<'_> {
 
     /// `copy(DD1,DS1)`: what is too large for its target becomes the target's limit.
     pub(super) fn copy(&mut self, call: &ClickCall, power: &RungCondition) -> Result<(), String> {
-        if call.option("convert").is_some() {
-            return Err("a copy that converts".to_owned());
-        }
         self.copied(call.at(0)?, call.at(1)?, power)
     }
 
@@ -59,9 +56,6 @@ impl RungWork<'_> {
         call: &ClickCall,
         power: &RungCondition,
     ) -> Result<(), String> {
-        if call.option("convert").is_some() {
-            return Err("a copy that converts".to_owned());
-        }
         let (mut from, mut to) = (addresses(call.at(0)?)?, addresses(call.at(1)?)?);
         if from.len() != to.len() {
             return Err("ranges of different lengths".to_owned());

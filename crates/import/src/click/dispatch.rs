@@ -12,6 +12,9 @@ impl RungWork<'_> {
         if call.has("oneshot") {
             return Err(format!("{} as a one-shot", call.name));
         }
+        if call.option("convert").is_some() {
+            return Err(format!("{} that converts", call.name));
+        }
         let has_pins = powered.reset.is_some() || powered.down.is_some();
         let takes_pins = matches!(call.name.as_str(), "on_delay" | "count_up" | "count_down");
         if has_pins && !takes_pins {

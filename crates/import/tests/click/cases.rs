@@ -74,6 +74,9 @@ fn what_is_not_translated_gets_a_stub_with_the_reason() {
     for (call, reason) in [
         ("shift(C1..C8)", "the instruction shift"),
         ("copy(DS1,TXT1)", "the operand `TXT1`"),
+        ("copy(DS1,DS2,convert=ascii)", "copy that converts"),
+        ("fill(DS1,DS2..DS3,convert=ascii)", "fill that converts"),
+        ("blockcopy(DS1..DS2,DS3..DS4,convert=ascii)", "blockcopy that converts"),
         ("out(C1,oneshot=1)", "out as a one-shot"),
         ("out(immediate(Y001))", "an immediate coil"),
         ("math(DS1 / 2,DS2,mode=decimal)", "`/` in math"),
