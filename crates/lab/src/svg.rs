@@ -73,7 +73,7 @@ pub fn in_page(label: &str, [width, height]: [usize; 2], elements: &str) -> Stri
     )
 }
 
-/// Escapes a text for HTML and SVG.
+/// Escapes a text for HTML, SVG and other XML. What XML does not allow becomes U+FFFD.
 pub fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for c in text.chars() {
@@ -83,7 +83,8 @@ pub fn escaped(text: &str) -> String {
             '>' => escaped.push_str("&gt;"),
             '"' => escaped.push_str("&quot;"),
             '\'' => escaped.push_str("&#39;"),
-            c if c.is_control() && c != '\n' => escaped.push('\u{fffd}'),
+            '\n' | '\t' => escaped.push(c),
+            c if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' => escaped.push('\u{fffd}'),
             c => escaped.push(c),
         }
     }

@@ -71,7 +71,7 @@ impl BlockBody {
     pub(super) fn store(self, variable: &str, value: CallSource) -> BlockBody {
         let call = match value {
             CallSource::Call(call) => call,
-            source @ (CallSource::Power(_) | CallSource::Text(_)) => {
+            source @ (CallSource::Power(_) | CallSource::Variable(_) | CallSource::Literal(_)) => {
                 BlockCall::function("MOVE", vec![CallInput { pin: "IN", source }])
             }
         };

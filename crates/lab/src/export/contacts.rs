@@ -6,7 +6,7 @@
 //! in the first scan).
 
 use super::functions;
-use super::memory::real;
+use super::literals::CallLiteral;
 use super::project::{CallSource, NetworkPower, on};
 use super::refusal::ExportRefusal;
 use super::rung_acts::{ExportedNumber, RungExport};
@@ -65,7 +65,7 @@ impl RungExport<'_, '_> {
                 constant: Some(constant),
             }),
             Value::Real(number) => Ok(ExportedNumber {
-                source: CallSource::Text(real(number)),
+                source: CallSource::Literal(CallLiteral::Real(number)),
                 is_real: true,
                 constant: None,
             }),

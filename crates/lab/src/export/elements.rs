@@ -5,10 +5,11 @@
 
 use super::formula_values::{FormulaResult, StoredValue, WholeResult, converted};
 use super::functions::number;
+use super::literals::CallLiteral;
 use super::project::{CallSource, CoilAction, NetworkPower, on};
 use super::refusal::{self, ExportRefusal};
 use super::rung_acts::RungExport;
-use rungd_engine::isa::Address;
+use rungd_engine::isa::{Address, Real};
 use rungd_language::resolve::array::{Array, ArrayElement};
 use rungd_language::source::span::Span;
 
@@ -79,14 +80,17 @@ impl RungExport<'_, '_> {
             return Ok(FormulaResult::Power(on(&bit)));
         };
         let type_name = if word.is_real() { "REAL" } else { "DINT" };
-        let zero = if word.is_real() { "0.0" } else { "0" };
+        let zero = match word.is_real() {
+            true => CallLiteral::Real(Real::nearest(0)),
+            false => CallLiteral::Whole(0),
+        };
         let value = self.fresh("element", type_name);
-        self.assign(&value, CallSource::Text(zero.to_owned()), NetworkPower::Constant(true));
+        self.assign(&value, CallSource::Literal(zero), NetworkPower::Constant(true));
         for element in elements {
-            let source = CallSource::Text(self.memory.variable(element.address));
+            let source = CallSource::Variable(self.memory.variable(element.address));
             self.assign(&value, source, element.is_selected);
         }
-        let source = CallSource::Text(value);
+        let source = CallSource::Variable(value);
         let (low, high) = word.range();
         let (low, high) = (low.into(), high.into());
         Ok(match word.is_real() {

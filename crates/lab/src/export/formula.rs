@@ -7,7 +7,7 @@
 
 use super::formula_values::{FormulaResult, WholeResult, converted, is_short};
 use super::functions::{of_two, select};
-use super::memory::long_real;
+use super::literals::CallLiteral;
 use super::project::{CallSource, NetworkPower};
 use super::refusal::{self, ExportRefusal};
 use super::rung_acts::RungExport;
@@ -45,11 +45,11 @@ impl RungExport<'_, '_> {
         let mut next = || operands.next().ok_or_else(|| refused(span, "an expression"));
         match part {
             FormulaPart::Integer(constant) => {
-                Ok(FormulaResult::Whole(WholeResult::constant(constant.number.into())))
+                Ok(FormulaResult::Whole(WholeResult::constant(constant.number)))
             }
-            FormulaPart::Real(constant) => {
-                Ok(FormulaResult::Real(CallSource::Text(long_real(*constant))))
-            }
+            FormulaPart::Real(constant) => Ok(FormulaResult::Real(CallSource::Literal(
+                CallLiteral::LongReal(constant.number().into()),
+            ))),
             FormulaPart::Word(word) => self.formula_word(*word, span),
             FormulaPart::Bit(bit) => self.bit(*bit, span).map(FormulaResult::Power),
             FormulaPart::Element(array) => {
@@ -203,7 +203,7 @@ impl RungExport<'_, '_> {
         let source = match (name, has_zero) {
             ("DIV" | "MOD", true) => {
                 let divisor = self.stored_number(right.source, type_name);
-                self.divided(name, left.source, divisor, ["0", "1"])
+                self.divided(name, left.source, divisor, [0, 1].map(CallLiteral::Whole))
             }
             _ => of_two(name, left.source, right.source),
         };
@@ -211,13 +211,13 @@ impl RungExport<'_, '_> {
     }
 
     fn real_result(&mut self, name: &str, left: CallSource, right: CallSource) -> CallSource {
-        let is_constant = matches!(&right, CallSource::Text(text)
-            if text.parse::<f64>().is_ok_and(|value| value != 0.0));
+        let is_constant = matches!(&right, CallSource::Literal(literal)
+            if literal.number().is_some_and(|number| number != 0.0));
         if name != "DIV" || is_constant {
             return of_two(name, left, right);
         }
         let divisor = self.stored_number(right, "LREAL");
-        self.divided(name, left, divisor, ["0.0", "1.0"])
+        self.divided(name, left, divisor, [0.0, 1.0].map(CallLiteral::LongReal))
     }
 
     /// A quotient or remainder that is 0 if the divisor is.
@@ -226,12 +226,12 @@ impl RungExport<'_, '_> {
         name: &str,
         left: CallSource,
         divisor: CallSource,
-        [zero, one]: [&str; 2],
+        literals: [CallLiteral; 2],
     ) -> CallSource {
-        let text = |text: &str| CallSource::Text(text.to_owned());
-        let is_zero = self.compared("EQ", divisor.clone(), text(zero));
-        let safe = select(is_zero.clone(), divisor, text(one));
-        select(is_zero, of_two(name, left, safe), text(zero))
+        let [zero, one] = literals.map(CallSource::Literal);
+        let is_zero = self.compared("EQ", divisor.clone(), zero.clone());
+        let safe = select(is_zero.clone(), divisor, one);
+        select(is_zero, of_two(name, left, safe), zero)
     }
 
     fn function(

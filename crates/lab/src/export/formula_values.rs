@@ -3,7 +3,8 @@
 //! A whole number is a DINT as long as none of its possible values is beyond 32 bits, else an
 //! LINT; a real is an LREAL, as rungd calculates in 64 bits.
 
-use super::functions::{limited, number};
+use super::functions::{self, limited, number};
+use super::literals::CallLiteral;
 use super::project::{BlockCall, CallInput, CallSource, NetworkPower};
 use super::rung_acts::RungExport;
 use rungd_engine::isa::Word;
@@ -28,15 +29,19 @@ pub(super) struct WholeResult {
 }
 
 impl WholeResult {
-    pub(super) fn constant(value: i128) -> WholeResult {
-        let source = CallSource::Text(value.to_string());
+    pub(super) fn constant(value: i64) -> WholeResult {
+        let (source, value) = (number(value), value.into());
         WholeResult { source, low: value, high: value, is_long: !is_short(value, value) }
+    }
+
+    /// The number, if it is a literal.
+    fn literal(&self) -> Option<i64> {
+        functions::literal(&self.source)
     }
 
     /// As an LINT.
     pub(super) fn long(self) -> WholeResult {
-        let is_constant = self.low == self.high && matches!(self.source, CallSource::Text(_));
-        if self.is_long || is_constant {
+        if self.is_long || self.literal().is_some() {
             return WholeResult { is_long: true, ..self };
         }
         let source = converted("DINT_TO_LINT", self.source);
@@ -45,14 +50,17 @@ impl WholeResult {
 
     /// As an LREAL.
     pub(super) fn real(self) -> CallSource {
-        match (&self.source, self.is_long) {
-            (CallSource::Text(text), _) if self.low == self.high => {
-                CallSource::Text(format!("{text}.0"))
-            }
-            (_, true) => converted("LINT_TO_LREAL", self.source),
-            (_, false) => converted("DINT_TO_LREAL", self.source),
+        match (self.literal(), self.is_long) {
+            (Some(number), _) => long_real(number as f64),
+            (None, true) => converted("LINT_TO_LREAL", self.source),
+            (None, false) => converted("DINT_TO_LREAL", self.source),
         }
     }
+}
+
+/// A literal of an LREAL.
+fn long_real(number: f64) -> CallSource {
+    CallSource::Literal(CallLiteral::LongReal(number))
 }
 
 /// Whether all values from one to another are DINTs.
@@ -78,9 +86,7 @@ impl RungExport<'_, '_> {
         match value {
             FormulaResult::Power(power) => power,
             FormulaResult::Whole(whole) => self.compared("NE", whole.source, number(0)),
-            FormulaResult::Real(source) => {
-                self.compared("NE", source, CallSource::Text("0.0".to_owned()))
-            }
+            FormulaResult::Real(source) => self.compared("NE", source, long_real(0.0)),
         }
     }
 
@@ -120,12 +126,12 @@ impl RungExport<'_, '_> {
 
     /// A variable with a value that is needed more than once.
     pub(super) fn stored_number(&mut self, source: CallSource, type_name: &str) -> CallSource {
-        if let CallSource::Text(_) = source {
+        if matches!(source, CallSource::Variable(_) | CallSource::Literal(_)) {
             return source;
         }
         let variable = self.fresh("value", type_name);
         self.assign(&variable, source, NetworkPower::Constant(true));
-        CallSource::Text(variable)
+        CallSource::Variable(variable)
     }
 
     /// A value that may be read several times.
@@ -146,10 +152,9 @@ impl RungExport<'_, '_> {
         let (low, high) = self.facts.limits.get(word);
         match (word.is_real(), value) {
             (true, FormulaResult::Whole(whole)) if !whole.is_long => {
-                let is_constant = whole.low == whole.high;
-                let source = match is_constant {
-                    true => whole.real(),
-                    false => converted("DINT_TO_REAL", whole.source),
+                let source = match whole.literal() {
+                    Some(_) => whole.real(),
+                    None => converted("DINT_TO_REAL", whole.source),
                 };
                 self.within_limits(word, source)
             }
@@ -158,7 +163,7 @@ impl RungExport<'_, '_> {
                 self.within_limits(word, source)
             }
             (false, FormulaResult::Real(source)) => {
-                let limit = |limit: i32| CallSource::Text(format!("{limit}.0"));
+                let limit = |limit: i32| long_real(limit.into());
                 let limited = limited(limit(low), source, limit(high));
                 converted("TRUNC", limited)
             }

@@ -4,6 +4,7 @@
 //! No step of a saturating sum is beyond 32 bits: a side is limited before the other one is added.
 //! Used by `instructions` and `library`.
 
+use super::literals::CallLiteral;
 use super::project::{BlockCall, CallInput, CallSource, NetworkPower};
 
 /// The largest DINT.
@@ -11,14 +12,14 @@ const MAX: i64 = i32::MAX as i64;
 /// The least DINT.
 const MIN: i64 = i32::MIN as i64;
 
-/// A variable or a literal.
-pub(super) fn text(text: &str) -> CallSource {
-    CallSource::Text(text.to_owned())
+/// A variable.
+pub(super) fn variable(name: &str) -> CallSource {
+    CallSource::Variable(name.to_owned())
 }
 
 /// A whole number.
 pub(super) fn number(value: i64) -> CallSource {
-    CallSource::Text(value.to_string())
+    CallSource::Literal(CallLiteral::Whole(value))
 }
 
 /// A function of two values.
@@ -79,11 +80,10 @@ pub(super) fn at_least_zero(value: CallSource) -> CallSource {
 
 /// The result of a compare, if both sides are constants.
 pub(super) fn compared(name: &str, left: &CallSource, right: &CallSource) -> Option<bool> {
-    let real = |source: &CallSource| match source {
-        CallSource::Text(text) => text.parse::<f64>().ok(),
-        CallSource::Power(_) | CallSource::Call(_) => None,
+    let (CallSource::Literal(left), CallSource::Literal(right)) = (left, right) else {
+        return None;
     };
-    let (left, right) = (real(left)?, real(right)?);
+    let (left, right) = (left.number()?, right.number()?);
     Some(match name {
         "EQ" => left == right,
         "NE" => left != right,
@@ -95,10 +95,13 @@ pub(super) fn compared(name: &str, left: &CallSource, right: &CallSource) -> Opt
 }
 
 /// The number of a literal.
-fn literal(source: &CallSource) -> Option<i64> {
+pub(super) fn literal(source: &CallSource) -> Option<i64> {
     match source {
-        CallSource::Text(text) => text.parse().ok(),
-        CallSource::Power(_) | CallSource::Call(_) => None,
+        CallSource::Literal(CallLiteral::Whole(number)) => Some(*number),
+        CallSource::Literal(_)
+        | CallSource::Variable(_)
+        | CallSource::Power(_)
+        | CallSource::Call(_) => None,
     }
 }
 

@@ -285,7 +285,8 @@ impl Sheet {
     /// What comes to an input.
     fn source(&mut self, source: &CallSource, at: NetworkPlace) -> PlacedSource {
         match source {
-            CallSource::Text(text) => self.in_variable(text, at),
+            CallSource::Variable(name) => self.in_variable(name, at),
+            CallSource::Literal(literal) => self.in_variable(&literal.text(), at),
             CallSource::Call(call) => self.call(call, &["OUT"], at),
             CallSource::Power(NetworkPower::Constant(false)) => self.in_variable("FALSE", at),
             CallSource::Power(power) => {

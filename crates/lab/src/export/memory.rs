@@ -8,6 +8,7 @@
 use std::collections::HashMap;
 
 use super::library::LibraryBlock;
+use super::literals::CallLiteral;
 use super::names::IecNames;
 use super::project::{ExportedVariable, VariableRole};
 use rungd_engine::isa::{Address, Bit, BitSpace, Real, Structure, Word, WordSpace, status};
@@ -16,6 +17,8 @@ use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 /// The variables of a program.
 pub(super) struct ExportMemory<'p> {
     program: &'p Program,
+    /// The name of the program in the file.
+    pub(super) program_name: String,
     names: IecNames,
     by_address: HashMap<Address, String>,
     /// Variables of the export itself, by what they are for.
@@ -58,9 +61,10 @@ impl<'p> ExportMemory<'p> {
         }
         let mut names = IecNames::default();
         LibraryBlock::ALL.iter().for_each(|block| drop(names.take(block.name())));
-        names.take(&program.name);
+        let program_name = names.take(&program.name);
         ExportMemory {
             program,
+            program_name,
             names,
             by_address: HashMap::new(),
             own: HashMap::new(),
@@ -171,7 +175,9 @@ impl<'p> ExportMemory<'p> {
         match address {
             _ if cell == 0 => None,
             Address::Bit(_) => Some("TRUE".to_owned()),
-            Address::Word(word) if word.is_real() => Some(real(Real::of_cell(cell))),
+            Address::Word(word) if word.is_real() => {
+                Some(CallLiteral::Real(Real::of_cell(cell)).text())
+            }
             Address::Word(_) | Address::Structure(_) => Some(cell.to_string()),
         }
     }
@@ -212,22 +218,4 @@ fn located(address: Address) -> Option<String> {
         BitSpace::C | BitSpace::Mc | BitSpace::Mi | BitSpace::St => return None,
     };
     Some(format!("%{area}X{}.{}", number / 8, number % 8))
-}
-
-/// A real as a literal of a REAL: `12.5`, `1.0E20`.
-pub(super) fn real(real: Real) -> String {
-    literal(format!("{:?}", real.number()))
-}
-
-/// A real as a literal of an LREAL, with all digits of its binary32.
-pub(super) fn long_real(real: Real) -> String {
-    literal(format!("{:?}", f64::from(real.number())))
-}
-
-fn literal(text: String) -> String {
-    match text.split_once('e') {
-        Some((digits, power)) if digits.contains('.') => format!("{digits}E{power}"),
-        Some((digits, power)) => format!("{digits}.0E{power}"),
-        None => text,
-    }
 }

@@ -15,6 +15,7 @@ mod functions;
 mod instructions;
 mod ladder_xml;
 mod library;
+mod literals;
 mod memory;
 mod names;
 mod owners;
@@ -81,11 +82,10 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
     if !refusals.is_empty() {
         return Err(refusals);
     }
-    let name = names::legal(&program.name);
     let networks = [status_bits::top(&mut memory), networks, end(&mut memory)].concat();
     let mut units: Vec<ExportedUnit> = memory.blocks.iter().map(|block| block.unit()).collect();
     units.push(ExportedUnit {
-        name: name.clone(),
+        name: memory.program_name.clone(),
         doc: program.doc.clone().unwrap_or_default(),
         is_program: true,
         variables: memory.variables.clone(),

@@ -11,7 +11,7 @@ const WORDS: &str = " \
     abs action acos add and any array asin at atan atan2 bit bool by byte case concat \
     configuration constant continue cos ctd ctu ctud date date_and_time delete derived \
     dint div do dt dword else elsif end en end_if eno eq exit exp expt f_edge f_trig false \
-    find for from function function_block ge gt if inf initial_step insert int interval \
+    find for from function function_block ge gt if initial_step insert int interval \
     jmp lbl le left len limit lint ln log lreal lt lword max mid min mod move mul mux ne \
     nil non_retain not of on or pointer priority program r_edge r_trig read_only \
     read_write real ref repeat replace resource ret retain return right rol ror rs rtc sel \
@@ -38,7 +38,7 @@ impl IecNames {
 }
 
 /// A legal name near a wish: letters, digits and single underscores.
-pub(super) fn legal(wish: &str) -> String {
+fn legal(wish: &str) -> String {
     let mut name = String::new();
     for letter in wish.chars().take(LENGTH_MAX) {
         match letter {

@@ -55,7 +55,7 @@ impl RungExport<'_, '_> {
         let block = owned.block;
         let preset = instruction.operands.required::<Value>("preset");
         let preset = self.number(preset, instruction.span)?.source;
-        let elapsed = CallSource::Text(self.memory.shared("Elapsed", "DINT"));
+        let elapsed = CallSource::Variable(self.memory.shared("Elapsed", "DINT"));
         let mut inputs = vec![
             CallInput { pin: "Preset", source: preset },
             CallInput { pin: "Elapsed", source: elapsed },
@@ -131,7 +131,7 @@ impl RungExport<'_, '_> {
         let pending_power = pending.as_ref().map(|bit| CallSource::Power(on(bit)));
         let never = || CallSource::Power(NetworkPower::Constant(false));
         inputs.push(CallInput { pin: "Pending", source: pending_power.unwrap_or_else(never) });
-        inputs.push(CallInput { pin: "Acc", source: CallSource::Text(acc.clone()) });
+        inputs.push(CallInput { pin: "Acc", source: CallSource::Variable(acc.clone()) });
         let mut results = vec![CallResult { pin: "NewAcc", variable: acc, is_coil: false }];
         for (flag, pin) in FLAGS {
             let bit = Bit::Flag(structure, flag);

@@ -4,6 +4,8 @@
 //! one line of power with its coils, or one call of a block or function. A call with a result is
 //! always stored, so that the order of the networks is the order of their effects.
 
+use super::literals::CallLiteral;
+
 /// A project: one program, and the function blocks that it uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExportedProject {
@@ -114,8 +116,8 @@ pub struct CallInput {
 #[derive(Clone, Debug, PartialEq)]
 pub enum CallSource {
     Power(NetworkPower),
-    /// A variable or a literal.
-    Text(String),
+    Variable(String),
+    Literal(CallLiteral),
     /// The result of a function.
     Call(BlockCall),
 }
@@ -239,7 +241,7 @@ impl BlockCall {
         let source = |source: CallSource| match source {
             CallSource::Power(power) => CallSource::Power(change(power)),
             CallSource::Call(call) => CallSource::Call(call.mapped(change)),
-            CallSource::Text(text) => CallSource::Text(text),
+            source @ (CallSource::Variable(_) | CallSource::Literal(_)) => source,
         };
         let inputs = self.inputs.into_iter();
         let inputs = inputs.map(|input| CallInput { pin: input.pin, source: source(input.source) });
@@ -251,7 +253,7 @@ impl BlockCall {
         self.inputs.iter().any(|input| match &input.source {
             CallSource::Power(power) => power.has_rung(),
             CallSource::Call(call) => call.has_rung(),
-            CallSource::Text(_) => false,
+            CallSource::Variable(_) | CallSource::Literal(_) => false,
         })
     }
 }

@@ -6,7 +6,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::functions::{self, limited, number};
-use super::memory::{ExportMemory, real};
+use super::literals::CallLiteral;
+use super::memory::ExportMemory;
 use super::project::{
     BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkCoil, NetworkPower, off, on,
 };
@@ -41,7 +42,7 @@ impl ExportedNumber {
         match self.constant {
             _ if self.is_real => Some(self.source),
             Some(constant) if f64::from(constant as f32) == f64::from(constant) => {
-                Some(CallSource::Text(real(Real::nearest(constant))))
+                Some(CallSource::Literal(CallLiteral::Real(Real::nearest(constant))))
             }
             Some(_) | None => None,
         }
@@ -166,7 +167,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
             let what = format!("`{}`", self.program.names.name(Address::Word(word)));
             return Err(ExportRefusal::new(span, what, refusal::STATUS));
         }
-        let source = CallSource::Text(self.memory.variable(Address::Word(word)));
+        let source = CallSource::Variable(self.memory.variable(Address::Word(word)));
         Ok(ExportedNumber { source, is_real: word.is_real(), constant: None })
     }
 
@@ -219,14 +220,13 @@ impl<'e, 'p> RungExport<'e, 'p> {
         if (low, high) == (Word::range(word)) && (word.is_real() || word.bit_count() == 32) {
             return source;
         }
-        if let CallSource::Text(text) = &source
-            && let Ok(constant) = text.parse::<i32>()
+        if let Some(constant) = functions::literal(&source)
             && !word.is_real()
         {
-            return number(constant.clamp(low, high).into());
+            return number(constant.clamp(low.into(), high.into()));
         }
         let limit = |cell: i32| match word.is_real() {
-            true => CallSource::Text(real(Real::of_cell(cell))),
+            true => CallSource::Literal(CallLiteral::Real(Real::of_cell(cell))),
             false => number(cell.into()),
         };
         limited(limit(low), source, limit(high))
@@ -243,7 +243,10 @@ impl<'e, 'p> RungExport<'e, 'p> {
         let is_always = power == NetworkPower::Constant(true);
         let call = match source {
             CallSource::Call(call) if is_always => call,
-            source @ (CallSource::Call(_) | CallSource::Text(_) | CallSource::Power(_)) => {
+            source @ (CallSource::Call(_)
+            | CallSource::Variable(_)
+            | CallSource::Literal(_)
+            | CallSource::Power(_)) => {
                 let mut inputs = vec![CallInput { pin: "IN", source }];
                 if !is_always {
                     inputs.insert(0, CallInput { pin: "EN", source: CallSource::Power(power) });

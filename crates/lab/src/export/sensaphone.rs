@@ -47,8 +47,8 @@ impl RungExport<'_, '_> {
             CallInput { pin: "Leg", source: CallSource::Power(legs.of(LegName::When)) },
             CallInput { pin: "Ov", source: power(&over) },
             CallInput { pin: "Un", source: power(&under) },
-            CallInput { pin: "Pre", source: CallSource::Text(preset) },
-            CallInput { pin: "Acc", source: CallSource::Text(acc.clone()) },
+            CallInput { pin: "Pre", source: CallSource::Variable(preset) },
+            CallInput { pin: "Acc", source: CallSource::Variable(acc.clone()) },
         ];
         let coil = |pin, variable| CallResult { pin, variable, is_coil: true };
         let results = vec![

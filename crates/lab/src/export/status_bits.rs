@@ -1,7 +1,7 @@
 //! The status bits that are computed at the top of the program: clock bits, and the time since the
 //! last scan, which they and the timers need.
 
-use super::functions::{call_of_two, number, of_two, text};
+use super::functions::{self, call_of_two, number, of_two};
 use super::library::LibraryBlock;
 use super::memory::ExportMemory;
 use super::project::{
@@ -62,11 +62,11 @@ pub(super) fn top(memory: &mut ExportMemory<'_>) -> Vec<ExportedNetwork> {
         }
         let elapsed = memory.shared("Elapsed", "DINT");
         let phase = memory.fresh(&format!("{}_phase", clock.name), "DINT");
-        let sum = of_two("ADD", text(&phase), text(&elapsed));
+        let sum = of_two("ADD", functions::variable(&phase), functions::variable(&elapsed));
         let call = call_of_two("MOD", sum, number(clock.period_ms));
         let results = vec![CallResult { pin: "OUT", variable: phase.clone(), is_coil: false }];
         push(clock.name, NetworkBody::Call { call, results });
-        let call = call_of_two("LT", text(&phase), number(clock.period_ms / 2));
+        let call = call_of_two("LT", functions::variable(&phase), number(clock.period_ms / 2));
         let variable = memory.shared(clock.name, "BOOL");
         let results = vec![CallResult { pin: "OUT", variable, is_coil: true }];
         push("", NetworkBody::Call { call, results });

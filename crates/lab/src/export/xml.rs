@@ -6,7 +6,8 @@ use std::fmt::Write as _;
 
 use super::ladder_xml;
 use super::project::{ExportedProject, ExportedUnit, ExportedVariable, VariableRole};
-use super::xml_text::{escaped, paragraph};
+use super::xml_text::paragraph;
+use crate::svg::escaped;
 
 /// The namespace of TC6 2.01.
 const NAMESPACE: &str = "http://www.plcopen.org/xml/tc6_0201";

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::failure::{Failure, SeenOperand};
 use super::runner::TestVerdict;
 use super::unmoved::UnmovedNames;
+use crate::svg::escaped;
 
 /// The verdicts of one test file.
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ pub fn junit(files: &[FileVerdicts]) -> String {
     let mut text = String::from("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n");
     let _ = writeln!(text, "<testsuites tests=\"{tests}\" failures=\"{failed}\">");
     for file in files {
-        let (name, count, failed) = (xml(&file.file), file.verdicts.len(), file.failed());
+        let (name, count, failed) = (escaped(&file.file), file.verdicts.len(), file.failed());
         let _ = writeln!(
             text,
             "  <testsuite name=\"{name}\" tests=\"{count}\" failures=\"{failed}\" errors=\"0\" \
@@ -38,33 +39,16 @@ pub fn junit(files: &[FileVerdicts]) -> String {
 }
 
 fn case(file: &str, verdict: &TestVerdict) -> String {
-    let (class, name, line) = (xml(file), xml(&verdict.name), verdict.line);
+    let (class, name, line) = (escaped(file), escaped(&verdict.name), verdict.line);
     let seconds = verdict.virtual_ns as f64 / 1e9;
     let head = format!(
         "    <testcase classname=\"{class}\" name=\"{name}\" file=\"{class}\" line=\"{line}\" \
          time=\"{seconds:.3}\""
     );
     let Some(failure) = &verdict.failure else { return format!("{head}/>\n") };
-    let message = xml(&format!("{}: {}", failure.text, failure.what));
-    let text = xml(&failure.text(file));
+    let message = escaped(&format!("{}: {}", failure.text, failure.what));
+    let text = escaped(&failure.text(file));
     format!("{head}>\n      <failure message=\"{message}\">{text}</failure>\n    </testcase>\n")
-}
-
-/// A text for XML. Characters that XML does not allow become `?`.
-fn xml(text: &str) -> String {
-    let mut escaped = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => escaped += "&amp;",
-            '<' => escaped += "&lt;",
-            '>' => escaped += "&gt;",
-            '"' => escaped += "&quot;",
-            '\n' | '\t' => escaped.push(c),
-            c if c.is_control() || c == '\u{fffe}' || c == '\u{ffff}' => escaped.push('?'),
-            c => escaped.push(c),
-        }
-    }
-    escaped
 }
 
 /// The verdicts as JSON: one object for all files.

@@ -7,13 +7,19 @@
 //! without end.
 
 use crate::export::block_body::BlockBody;
-use crate::export::functions::{number, of_two, select, text};
+use crate::export::functions::{number, of_two, select, variable};
+use crate::export::literals::CallLiteral;
 use crate::export::project::{
     BlockCall, CallInput, CallResult, CallSource, ExportedUnit, NetworkBody, NetworkPower, off, on,
 };
 
 /// The largest power of two: 2^21 ms are 35 minutes. A scan is never longer.
 const POWERS: std::ops::RangeInclusive<u32> = 0..=21;
+
+/// A TIME.
+fn time_ms(ms: u32) -> CallSource {
+    CallSource::Literal(CallLiteral::TimeMs(ms))
+}
 
 /// The clock: `Elapsed` is the time since its last execution.
 pub(super) fn unit(name: &str) -> ExportedUnit {
@@ -28,7 +34,7 @@ pub(super) fn unit(name: &str) -> ExportedUnit {
         let runs = CallSource::Power(on(&format!("runs_{name}")));
         let inputs = vec![
             CallInput { pin: "IN", source: runs },
-            CallInput { pin: "PT", source: text("T#3600000ms") },
+            CallInput { pin: "PT", source: time_ms(3_600_000) },
         ];
         let call =
             BlockCall { type_name: "TON".to_owned(), instance: Some(name.to_owned()), inputs };
@@ -37,10 +43,13 @@ pub(super) fn unit(name: &str) -> ExportedUnit {
         body = body.network(NetworkBody::Call { call, results });
     }
     body = body
-        .store("now", select(on("is_other"), text("one_time"), text("other_time")))
-        .store("passed", of_two("ADD", text("passed"), of_two("SUB", text("now"), text("before"))))
-        .store("before", select(on("changes"), text("now"), text("T#0ms")))
-        .compare("is_late", "GE", [text("now"), text("T#600000ms")])
+        .store("now", select(on("is_other"), variable("one_time"), variable("other_time")))
+        .store(
+            "passed",
+            of_two("ADD", variable("passed"), of_two("SUB", variable("now"), variable("before"))),
+        )
+        .store("before", select(on("changes"), variable("now"), time_ms(0)))
+        .compare("is_late", "GE", [variable("now"), time_ms(600_000)])
         .coil(
             "is_other",
             NetworkPower::any([
@@ -51,12 +60,16 @@ pub(super) fn unit(name: &str) -> ExportedUnit {
         .coil("changes", NetworkPower::all([on("is_late"), off("changes")]))
         .store("Elapsed", number(0));
     for power in POWERS.rev() {
-        let ms = 1_i64 << power;
-        let time = || text(&format!("T#{ms}ms"));
+        let ms = 1_u32 << power;
+        let time = || time_ms(ms);
         body = body
-            .compare("reaches", "GE", [text("passed"), time()])
-            .store_while("reaches", "passed", of_two("SUB", text("passed"), time()))
-            .store_while("reaches", "Elapsed", of_two("ADD", text("Elapsed"), number(ms)));
+            .compare("reaches", "GE", [variable("passed"), time()])
+            .store_while("reaches", "passed", of_two("SUB", variable("passed"), time()))
+            .store_while(
+                "reaches",
+                "Elapsed",
+                of_two("ADD", variable("Elapsed"), number(ms.into())),
+            );
     }
     body.0
 }

@@ -1,7 +1,7 @@
 //! The counters: semantics, section 2.
 
 use crate::export::block_body::BlockBody;
-use crate::export::functions::{difference, number, select, sum, text};
+use crate::export::functions::{difference, number, select, sum, variable};
 use crate::export::project::{ExportedUnit, NetworkPower, off, on};
 
 /// A counter with these legs and presets.
@@ -24,7 +24,7 @@ fn edge(body: BlockBody, bit: &str, [leg, was]: [&str; 2]) -> BlockBody {
 
 /// The flags that all counters have.
 fn flags(body: BlockBody) -> ExportedUnit {
-    body.compare("Zero", "EQ", [text("NewAcc"), number(0)]).coil("Reset", on("resets")).0
+    body.compare("Zero", "EQ", [variable("NewAcc"), number(0)]).coil("Reset", on("resets")).0
 }
 
 /// CNT.
@@ -35,11 +35,11 @@ pub(super) fn up(name: &str) -> ExportedUnit {
         "NewAcc",
         select(
             on("resets"),
-            select(on("counts"), text("Acc"), sum(text("Acc"), number(1))),
+            select(on("counts"), variable("Acc"), sum(variable("Acc"), number(1))),
             number(0),
         ),
     );
-    flags(body.compare("Done", "GE", [text("NewAcc"), text("Preset")]))
+    flags(body.compare("Done", "GE", [variable("NewAcc"), variable("Preset")]))
 }
 
 /// CNTDN.
@@ -51,9 +51,12 @@ pub(super) fn down(name: &str) -> ExportedUnit {
         .coil("takes", NetworkPower::all([on("counts"), off("resets")]))
         .coil("loads", NetworkPower::any([on("resets"), off("loaded")]))
         .coil("loaded", NetworkPower::Constant(true))
-        .store("base", select(on("loads"), text("Acc"), text("Preset")))
-        .store("NewAcc", select(on("takes"), text("base"), difference(text("base"), number(1))));
-    flags(body.compare("Done", "LE", [text("NewAcc"), number(0)]))
+        .store("base", select(on("loads"), variable("Acc"), variable("Preset")))
+        .store(
+            "NewAcc",
+            select(on("takes"), variable("base"), difference(variable("base"), number(1))),
+        );
+    flags(body.compare("Done", "LE", [variable("NewAcc"), number(0)]))
 }
 
 /// UDC and UDCG.
@@ -68,16 +71,16 @@ pub(super) fn up_down(name: &str) -> ExportedUnit {
     let body = edge(body, "falls", ["Dn", "was_dn"])
         .coil("adds", NetworkPower::all([on("rises"), off("falls")]))
         .coil("takes", NetworkPower::all([on("falls"), off("rises")]))
-        .store("added", select(on("adds"), text("Acc"), sum(text("Acc"), number(1))))
+        .store("added", select(on("adds"), variable("Acc"), sum(variable("Acc"), number(1))))
         .store(
             "NewAcc",
             select(
                 on("resets"),
-                select(on("takes"), text("added"), difference(text("added"), number(1))),
+                select(on("takes"), variable("added"), difference(variable("added"), number(1))),
                 number(0),
             ),
         )
-        .compare("Done", "GE", [text("NewAcc"), text("UpPreset")])
-        .compare("DnDone", "LE", [text("NewAcc"), text("DnPreset")]);
+        .compare("Done", "GE", [variable("NewAcc"), variable("UpPreset")])
+        .compare("DnDone", "LE", [variable("NewAcc"), variable("DnPreset")]);
     flags(body)
 }

@@ -1,24 +1,25 @@
 //! The counters of the Sensaphone SCADA 3000: semantics, section 5.
 
 use crate::export::block_body::BlockBody;
-use crate::export::functions::{number, of_two, select, text};
+use crate::export::functions::{number, of_two, select, variable};
 use crate::export::project::{ExportedUnit, NetworkPower, off, on};
 
 /// CTU.
 pub(super) fn up(name: &str) -> ExportedUnit {
-    counter(name, ["Ov", "NewOv", "Un", "NewUn"], ["ADD", "32767", "-32768"])
+    counter(name, ["Ov", "NewOv", "Un", "NewUn"], "ADD", [32_767, -32_768])
 }
 
 /// CTD.
 pub(super) fn down(name: &str) -> ExportedUnit {
-    counter(name, ["Un", "NewUn", "Ov", "NewOv"], ["SUB", "-32768", "32767"])
+    counter(name, ["Un", "NewUn", "Ov", "NewOv"], "SUB", [-32_768, 32_767])
 }
 
 /// A step over the limit of 16 bits turns its own flag ON, or the opposite one OFF.
 fn counter(
     name: &str,
     [own, new_own, other, new_other]: [&str; 4],
-    [step, limit, beyond]: [&str; 3],
+    step: &str,
+    [limit, beyond]: [i64; 2],
 ) -> ExportedUnit {
     let doc = if step == "ADD" { "CTU of rungd" } else { "CTD of rungd" };
     BlockBody::new(name, doc)
@@ -30,18 +31,18 @@ fn counter(
         .coil("counts", NetworkPower::all([on("Leg"), off("was_on")]))
         .coil("was_on", on("Leg"))
         .coil("Enabled", on("Leg"))
-        .compare("ends", "EQ", [text("Acc"), text(limit)])
+        .compare("ends", "EQ", [variable("Acc"), number(limit)])
         .coil("wraps", NetworkPower::all([on("counts"), on("ends")]))
         .store(
             "NewAcc",
             select(
                 on("counts"),
-                text("Acc"),
-                select(on("wraps"), of_two(step, text("Acc"), number(1)), text(beyond)),
+                variable("Acc"),
+                select(on("wraps"), of_two(step, variable("Acc"), number(1)), number(beyond)),
             ),
         )
         .coil(new_own, NetworkPower::any([on(own), NetworkPower::all([on("wraps"), off(other)])]))
         .coil(new_other, NetworkPower::all([on(other), off("wraps")]))
-        .compare("Dn", "GE", [text("NewAcc"), text("Pre")])
+        .compare("Dn", "GE", [variable("NewAcc"), variable("Pre")])
         .0
 }

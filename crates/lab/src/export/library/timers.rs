@@ -1,8 +1,8 @@
 //! The timers: semantics, section 3.
 
 use crate::export::block_body::BlockBody;
-use crate::export::functions::{at_least_zero, number, select, text, time_added, time_taken};
-use crate::export::project::{ExportedUnit, NetworkPower, off, on};
+use crate::export::functions::{at_least_zero, number, select, time_added, time_taken, variable};
+use crate::export::project::{CallSource, ExportedUnit, NetworkPower, off, on};
 
 /// A timer with one leg, or with a reset leg too.
 fn timer(name: &str, doc: &str, legs: &[&str]) -> BlockBody {
@@ -15,14 +15,12 @@ fn timer(name: &str, doc: &str, legs: &[&str]) -> BlockBody {
         .outputs("BOOL", &["Done", "Reset", "Zero", "Timing"])
 }
 
-/// The flags of a timer that is reset while `live` is OFF, from its new value.
-fn flags(body: BlockBody, done: [&str; 2]) -> BlockBody {
-    let [compare, limit] = done;
-    let limit = if limit == "0" { number(0) } else { at_least_zero(text(limit)) };
-    body.compare("reached", compare, [text("NewAcc"), limit]).compare(
+/// Whether a timer's new value is at its limit, and its flag Zero.
+fn flags(body: BlockBody, compare: &str, limit: CallSource) -> BlockBody {
+    body.compare("reached", compare, [variable("NewAcc"), limit]).compare(
         "Zero",
         "EQ",
-        [text("NewAcc"), number(0)],
+        [variable("NewAcc"), number(0)],
     )
 }
 
@@ -33,8 +31,11 @@ pub(super) fn up(name: &str) -> ExportedUnit {
         .coil("live", NetworkPower::all([on("Leg"), off("Pending")]))
         .coil("adds", NetworkPower::all([on("live"), on("was_live")]))
         .coil("was_live", on("live"))
-        .store("NewAcc", select(on("adds"), number(0), time_added(text("Acc"), text("Elapsed"))));
-    flags(body, ["GE", "Preset"])
+        .store(
+            "NewAcc",
+            select(on("adds"), number(0), time_added(variable("Acc"), variable("Elapsed"))),
+        );
+    flags(body, "GE", at_least_zero(variable("Preset")))
         .coil("Done", NetworkPower::all([on("live"), on("reached")]))
         .coil("Reset", off("live"))
         .coil("Timing", on("live"))
@@ -52,11 +53,11 @@ pub(super) fn down(name: &str) -> ExportedUnit {
             "NewAcc",
             select(
                 on("takes"),
-                at_least_zero(text("Preset")),
-                time_taken(text("Acc"), text("Elapsed")),
+                at_least_zero(variable("Preset")),
+                time_taken(variable("Acc"), variable("Elapsed")),
             ),
         );
-    flags(body, ["LE", "0"])
+    flags(body, "LE", number(0))
         .coil("Done", NetworkPower::all([on("live"), on("reached")]))
         .coil("Reset", off("live"))
         .coil("Timing", NetworkPower::all([on("live"), off("Zero")]))
@@ -80,13 +81,13 @@ pub(super) fn off_delay(name: &str) -> ExportedUnit {
                 number(0),
                 select(
                     on("loads"),
-                    time_taken(text("Acc"), text("Elapsed")),
-                    at_least_zero(text("Preset")),
+                    time_taken(variable("Acc"), variable("Elapsed")),
+                    at_least_zero(variable("Preset")),
                 ),
             ),
         )
-        .compare("positive", "GT", [text("NewAcc"), number(0)])
-        .compare("Zero", "EQ", [text("NewAcc"), number(0)])
+        .compare("positive", "GT", [variable("NewAcc"), number(0)])
+        .compare("Zero", "EQ", [variable("NewAcc"), number(0)])
         .coil("Timing", NetworkPower::all([on("counts"), on("positive")]))
         .coil("was_timing", on("Timing"))
         .coil("was_on", on("Leg"))
@@ -112,11 +113,11 @@ pub(super) fn accumulating_up(name: &str) -> ExportedUnit {
         "NewAcc",
         select(
             on("resets"),
-            select(on("counts"), text("Acc"), time_added(text("Acc"), text("Elapsed"))),
+            select(on("counts"), variable("Acc"), time_added(variable("Acc"), variable("Elapsed"))),
             number(0),
         ),
     );
-    flags(body, ["GE", "Preset"])
+    flags(body, "GE", at_least_zero(variable("Preset")))
         .coil("Done", NetworkPower::all([off("resets"), on("reached")]))
         .coil("Reset", on("resets"))
         .coil("Timing", on("times"))
@@ -130,12 +131,16 @@ pub(super) fn accumulating_down(name: &str) -> ExportedUnit {
         .locals("DINT", &["base"])
         .coil("loads", NetworkPower::any([on("resets"), off("loaded")]))
         .coil("loaded", NetworkPower::Constant(true))
-        .store("base", select(on("loads"), text("Acc"), at_least_zero(text("Preset"))))
+        .store("base", select(on("loads"), variable("Acc"), at_least_zero(variable("Preset"))))
         .store(
             "NewAcc",
-            select(on("counts"), text("base"), time_taken(text("base"), text("Elapsed"))),
+            select(
+                on("counts"),
+                variable("base"),
+                time_taken(variable("base"), variable("Elapsed")),
+            ),
         );
-    flags(body, ["LE", "0"])
+    flags(body, "LE", number(0))
         .coil("Done", NetworkPower::all([off("resets"), on("reached")]))
         .coil("Reset", on("resets"))
         .coil("Timing", NetworkPower::all([on("times"), off("Zero")]))
