@@ -202,7 +202,7 @@ impl StatusFacts {
             posture: self.parts.grants.iter().map(posture).collect(),
             scan: scan(&self.parts.gauge.meter.read(now_ns)),
             blocks: self.blocks.iter().map(|block| self.block(block, latest)).collect(),
-            alarms: self.standing(latest),
+            alarms: self.active(latest),
             forces,
             outputs,
             devices: DevicesStatus {
@@ -236,18 +236,18 @@ impl StatusFacts {
         self.parts.alarm_file.as_ref()
     }
 
-    /// The alarms that are ON. For an alarm that has just risen, the book may have no entry yet.
-    fn standing(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
+    /// The alarms that are ON, also those that are shelved. For an alarm that has just risen, the book may have no entry yet.
+    fn active(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
         let (book, now_ns) = (self.book(), monotonic_ns());
-        let standing = self.alarms.iter().enumerate().filter_map(|(number, (cell, alarm))| {
-            let booked = || book.standing(latest.generation, number, now_ns);
+        let active = self.alarms.iter().enumerate().filter_map(|(number, (cell, alarm))| {
+            let booked = || book.active(latest.generation, number, now_ns);
             match cell {
                 Some(cell) if latest.value(*cell) == 0 => None,
                 Some(_) => Some(booked().unwrap_or_else(|| alarm.clone())),
                 None => booked(),
             }
         });
-        standing.chain(book.broken_watches(now_ns)).collect()
+        active.chain(book.broken_watches(now_ns)).collect()
     }
 
     fn field(&self, latest: &Snapshot) -> Vec<FieldDevice> {

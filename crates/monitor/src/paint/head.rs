@@ -5,7 +5,7 @@ use ratatui_core::layout::Rect;
 use super::pen::{Accent, ScreenPen};
 use crate::state::MonitorState;
 use rungd_base::duration_text::duration_text;
-use rungd_client::operator::protocol::{ControllerStatus, is_run};
+use rungd_client::operator::protocol::{AlarmStatus, ControllerStatus, is_run};
 
 /// Draws the head.
 pub(super) fn head(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
@@ -51,11 +51,12 @@ fn scan(status: &ControllerStatus) -> String {
 }
 
 fn counts(status: &ControllerStatus) -> String {
+    let alarms = status.alarms.iter().filter(|alarm| AlarmStatus::is_standing(alarm)).count();
     let troubled =
         status.devices.field.iter().filter(|device| device.stale || device.trouble.is_some());
     let devices = match troubled.count() {
         0 => String::new(),
         count => format!("  devices in trouble: {count}"),
     };
-    format!("alarms: {}  forces: {}{devices}", status.alarms.len(), status.forces.len())
+    format!("alarms: {alarms}  forces: {}{devices}", status.forces.len())
 }

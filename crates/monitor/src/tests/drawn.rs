@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use expect_test::{Expect, expect};
+use serde_json::json;
 
 use super::{Bench, SomeConduct, bit, status, word};
 use crate::message::{KeyPress, MonitorNews};
@@ -56,6 +57,18 @@ fn the_first_page_shows_its_states_in_words() {
         "#]],
     );
     check_page(&bench);
+}
+
+#[test]
+fn the_count_of_alarms_is_that_of_standing_ones_without_shelved_ones() {
+    let mut bench = Bench::start();
+    let mut shelved = status();
+    let shelf = json!({"who": "anna", "why": "Filter", "since_ns": 1, "until_ns": 2});
+    shelved["alarms"][0]["shelved"] = shelf;
+    bench.look(status(), Vec::new());
+    assert!(bench.shown().contains("alarms: 1  forces: 1"), "{}", bench.shown());
+    bench.look(shelved, Vec::new());
+    assert!(bench.shown().contains("alarms: 0  forces: 1"), "{}", bench.shown());
 }
 
 #[test]
