@@ -117,6 +117,11 @@ pub enum BatchRefusal {
     Late,
     /// The hold that the batch was to put off or to end has ended.
     HoldEnded,
+    /// The batch was to begin a hold, and there are [`HOLDS_MAX`](super::hold_step::HOLDS_MAX)
+    /// already.
+    HoldsFull,
+    /// The batch was to begin a hold, and is not one write that turns one bit of memory ON.
+    NoHeldBit,
 }
 
 /// The outcome of a batch.

@@ -39,10 +39,10 @@ impl Holds {
         let Some(step) = batch.terms.hold else { return Ok(()) };
         match step {
             HoldStep::Begin { until_ns } => {
-                let [write] = batch.writes.as_slice() else { return Err(BatchRefusal::TooLarge) };
-                let off = turned_off(write).ok_or(BatchRefusal::TooLarge)?;
+                let [write] = batch.writes.as_slice() else { return Err(BatchRefusal::NoHeldBit) };
+                let off = turned_off(write).ok_or(BatchRefusal::NoHeldBit)?;
                 let free = self.0.iter_mut().find(|place| place.is_none());
-                *free.ok_or(BatchRefusal::QueueFull)? =
+                *free.ok_or(BatchRefusal::HoldsFull)? =
                     Some(HeldBit { hold: batch.ticket, off, until_ns });
             }
             HoldStep::Keep { hold, until_ns } => {

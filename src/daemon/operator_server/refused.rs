@@ -7,6 +7,7 @@ use super::status::reason;
 use rungd_client::operator::protocol::{RefusalKind, RequestRefusal};
 use rungd_runtime::command::CommandDenial;
 use rungd_runtime::exchange::{BatchRefusal, Mode, Port};
+use rungd_runtime::hold_step::HOLDS_MAX;
 use rungd_runtime::say::say;
 
 /// A page may not write an operand.
@@ -43,6 +44,10 @@ pub(super) fn not_taken(why: BatchRefusal, port: &Port) -> RequestRefusal {
         }
         BatchRefusal::Overtaken => CommandDenial::Gone.to_string(),
         BatchRefusal::HoldEnded => "the hold has ended: press again".to_owned(),
+        BatchRefusal::HoldsFull => {
+            format!("{HOLDS_MAX} buttons are held already: release one, and press again")
+        }
+        BatchRefusal::NoHeldBit => "only one bit, turned ON, can be held".to_owned(),
         BatchRefusal::Late => return denied(CommandDenial::Late),
     };
     RequestRefusal::new(RefusalKind::Refused, message)

@@ -54,9 +54,12 @@ impl ModbusRefusal {
         match refused {
             BatchRefusal::NotRunning => ModbusRefusal::NotRunning(mode),
             BatchRefusal::QueueFull | BatchRefusal::TooLarge => ModbusRefusal::QueueFull,
-            BatchRefusal::Overtaken | BatchRefusal::Late | BatchRefusal::HoldEnded => {
-                ModbusRefusal::Overtaken
-            }
+            // Of these only the first occurs: no batch of Modbus has an end or a hold.
+            BatchRefusal::Overtaken
+            | BatchRefusal::Late
+            | BatchRefusal::HoldEnded
+            | BatchRefusal::HoldsFull
+            | BatchRefusal::NoHeldBit => ModbusRefusal::Overtaken,
         }
     }
 

@@ -144,6 +144,6 @@ fn there_are_so_many_holds_and_no_more_and_each_of_one_bit() {
     let wrong = rig.submit(HoldStep::Begin { until_ns }, two);
     rig.step();
     assert!(all.iter().all(|hold| rig.port.outcome(*hold) == BatchOutcome::Applied));
-    assert_eq!(rig.port.outcome(more), BatchOutcome::Refused(BatchRefusal::QueueFull));
-    assert_eq!(rig.port.outcome(wrong), BatchOutcome::Refused(BatchRefusal::TooLarge));
+    assert_eq!(rig.port.outcome(more), BatchOutcome::Refused(BatchRefusal::HoldsFull));
+    assert_eq!(rig.port.outcome(wrong), BatchOutcome::Refused(BatchRefusal::NoHeldBit));
 }
