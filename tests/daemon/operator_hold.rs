@@ -69,7 +69,7 @@ fn a_hold_without_renewals_ends_by_the_scan_within_its_time_and_is_logged() {
     let hold = hold(&live);
     live.await_values("jog", "OFF");
     assert!(longest(&live) <= 400, "{}", longest(&live));
-    let line = live.line("is gone from the button of jog (C0)");
+    let line = live.line("is gone from the button of jog (C0), whose hold ended without a release");
     assert!(line["who"].as_str().unwrap().starts_with("anna by "), "{line}");
     assert_eq!((&line["event"], &line["after"]), (&json!("operator-write"), &json!("OFF")));
     let late = keep(&live, hold);

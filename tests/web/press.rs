@@ -54,7 +54,7 @@ fn a_press_ends_if_the_server_is_killed_or_stands_still() {
         web.signal(signal);
         web.live.await_values("jog", "OFF");
         assert!(longest(&web) <= 400, "{}", longest(&web));
-        let line = web.live.line("which was not renewed");
+        let line = web.live.line("whose hold ended without a release");
         assert!(line["who"].as_str().unwrap().starts_with("anna by "), "{line}");
     }
 }

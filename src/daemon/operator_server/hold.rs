@@ -139,9 +139,9 @@ impl OperatorService {
                         service.holds().remove(&hold.0);
                         let is_off = service.is_off(&known.operand);
                         let _ = timeout(SHOWN_MAX, is_off).await;
-                        let max = duration_text(HOLD_MAX.as_nanos() as u64);
+                        // Nothing renewed it in time, a step failed, or a new RUN began.
                         let did = format!(
-                            "is gone from the button of {}, which was not renewed for {max}",
+                            "is gone from the button of {}, whose hold ended without a release",
                             known.operand
                         );
                         return service.log_end(&known, &did);
