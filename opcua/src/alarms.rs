@@ -204,14 +204,9 @@ impl AlarmEvent {
 impl AlarmFields {
     /// Whether nothing is left to acknowledge.
     fn is_acknowledged(&self) -> bool {
-        match self.state {
-            AlarmState::Unacknowledged | AlarmState::Returned => self.shelved.is_some(),
-            AlarmState::Acknowledged | AlarmState::Normal => true,
-        }
+        !self.state.waits() || self.shelved.is_some()
     }
-}
 
-impl AlarmFields {
     /// Whether it is suppressed in this way.
     fn is_shelf(&self, name: &str) -> bool {
         self.shelved.as_ref().is_some_and(|shelf| shelf.name() == name)

@@ -17,8 +17,8 @@ use super::terminal::{
 };
 use rungd_client::operator::client::{self, CallFailure};
 use rungd_client::operator::protocol::{
-    AlarmList, AlarmState, AlarmStatus, ChangedOperand, GivenValue, NameList, OfferedName,
-    RefusalKind, Request, RequestRefusal,
+    AlarmList, AlarmStatus, ChangedOperand, GivenValue, NameList, OfferedName, RefusalKind,
+    Request, RequestRefusal,
 };
 use rungd_client::operator::search::{self, running_instead};
 use rungd_client::operator::search_failure::SearchFailure;
@@ -231,7 +231,12 @@ fn with_equals_sign(name: &CompletionCandidate) -> CompletionCandidate {
 
 /// The alarms that can be acknowledged, for the shell. Empty if no controller answers.
 pub fn complete_alarms(current: &OsStr) -> Vec<CompletionCandidate> {
-    listed_alarms(current, &|alarm| alarm.state != AlarmState::Acknowledged)
+    listed_alarms(current, &AlarmStatus::waits)
+}
+
+/// The listed alarms that can be shelved, for the shell. Empty if no controller answers.
+pub fn complete_unshelved(current: &OsStr) -> Vec<CompletionCandidate> {
+    listed_alarms(current, &|alarm| alarm.shelved.is_none())
 }
 
 /// The alarms that are shelved, for the shell. Empty if no controller answers.

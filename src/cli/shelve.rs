@@ -6,7 +6,7 @@ use clap::{ArgGroup, Args};
 use clap_complete::engine::ArgValueCompleter;
 
 use super::exit::Exit;
-use super::operator::{OperatorArgs, complete_alarms, complete_shelved};
+use super::operator::{OperatorArgs, complete_shelved, complete_unshelved};
 use super::terminal::{one_line, say_line};
 use super::when::LocalClock;
 use rungd_client::operator::protocol::{Request, ShelfList, ShelvedAlarm};
@@ -22,7 +22,7 @@ use rungd_engine::isa::duration::{self, not_a_duration};
 #[command(group(ArgGroup::new("end").required(true).args(["for_ms", "out_of_service"])))]
 pub struct ShelveArgs {
     /// Tags with an `alarm`, or the addresses of their bits
-    #[arg(value_name = "TAG", required = true, add = ArgValueCompleter::new(complete_alarms))]
+    #[arg(value_name = "TAG", required = true, add = ArgValueCompleter::new(complete_unshelved))]
     tags: Vec<String>,
     /// The time until the alarms come back, at most 168h: 8h, 30m
     #[arg(long = "for", value_name = "TIME", value_parser = shelf_time)]

@@ -106,6 +106,28 @@ fn a_shelf_ends_by_itself_and_the_alarm_has_to_be_acknowledged() {
     assert_eq!(listed(&live), ["worn unacknowledged"]);
 }
 
+#[test]
+fn the_shell_completes_what_each_command_can_do_with_an_alarm() {
+    let live = Live::scanning(LADDER);
+    live.ok("write low on");
+    live.ok("write stuck on");
+    live.ok("ack worn");
+    assert_eq!(shelve(&live, "stuck --for 8h", "Gate").code, 0);
+    let completed = |words: &str| {
+        let mut command = live.command("");
+        command.env("COMPLETE", "fish").args(["--", "rungd"]).args(words.split(' ')).arg("");
+        let out = said(&mut command).out;
+        let named = out.lines().filter(|line| line.contains('\t') && !line.starts_with('-'));
+        let mut tags: Vec<String> =
+            named.filter_map(|line| line.split('\t').next().map(str::to_owned)).collect();
+        tags.sort();
+        tags
+    };
+    assert_eq!(completed("ack"), ["low"], "nobody acknowledges a shelved one");
+    assert_eq!(completed("shelve"), ["low", "worn"], "also one that is acknowledged");
+    assert_eq!(completed("unshelve"), ["stuck"]);
+}
+
 /// A controller after the end of another one in the same folder.
 fn again(live: &Live) -> Live {
     let again = Live::of(live.folder.clone(), run(&live.folder, &[]));

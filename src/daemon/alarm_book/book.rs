@@ -183,8 +183,9 @@ impl AlarmBook {
         active.map(move |alarm| alarm.shown(now_ns))
     }
 
-    /// The alarm with this number in the program of a generation, if it is active.
-    pub fn standing(&self, generation: u32, number: usize, now_ns: u64) -> Option<AlarmStatus> {
+    /// The alarm with this number in the program of a generation, if its bit is ON; it may be
+    /// shelved.
+    pub fn active(&self, generation: u32, number: usize, now_ns: u64) -> Option<AlarmStatus> {
         let alarm = self.alarms.get(number).filter(|alarm| alarm.state.is_active())?;
         (self.generation == generation).then(|| alarm.shown(now_ns))
     }
@@ -203,10 +204,7 @@ impl AlarmBook {
 
     /// The numbers of the unacknowledged alarms, in the order of the list.
     pub fn unacknowledged(&self) -> Vec<usize> {
-        let waits = |alarm: &BookedAlarm| match alarm.state {
-            AlarmState::Unacknowledged | AlarmState::Returned => alarm.shelf.is_none(),
-            AlarmState::Normal | AlarmState::Acknowledged => false,
-        };
+        let waits = |alarm: &BookedAlarm| alarm.state.waits() && alarm.shelf.is_none();
         let mut numbers: Vec<usize> =
             (0..self.alarms.len()).filter(|number| waits(&self.alarms[*number])).collect();
         numbers.sort_by_key(|number| {

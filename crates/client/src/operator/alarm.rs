@@ -34,6 +34,14 @@ impl AlarmState {
         }
     }
 
+    /// Whether the alarm waits for an acknowledgement, unless it is shelved.
+    pub fn waits(self) -> bool {
+        match self {
+            AlarmState::Unacknowledged | AlarmState::Returned => true,
+            AlarmState::Acknowledged | AlarmState::Normal => false,
+        }
+    }
+
     /// The name of the state in answers and in the log.
     pub const fn name(self) -> &'static str {
         match self {
@@ -147,10 +155,7 @@ impl AlarmStatus {
 
     /// Whether it waits for an acknowledgement.
     pub fn waits(&self) -> bool {
-        match self.state {
-            AlarmState::Unacknowledged | AlarmState::Returned => self.shelved.is_none(),
-            AlarmState::Acknowledged | AlarmState::Normal => false,
-        }
+        self.state.waits() && self.shelved.is_none()
     }
 
     /// The name of its state, or of its suppression.
