@@ -236,7 +236,8 @@ impl StatusFacts {
         self.parts.alarm_file.as_ref()
     }
 
-    /// The alarms that are ON, also those that are shelved. For an alarm that has just risen, the book may have no entry yet.
+    /// The alarms that are ON, also those that are shelved. For an alarm that has just risen, the
+    /// book may have no entry yet.
     fn active(&self, latest: &Snapshot) -> Vec<AlarmStatus> {
         let (book, now_ns) = (self.book(), monotonic_ns());
         let active = self.alarms.iter().enumerate().filter_map(|(number, (cell, alarm))| {
