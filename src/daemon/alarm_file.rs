@@ -15,7 +15,7 @@ use std::thread;
 use std::time::Duration;
 
 use tokio::sync::oneshot;
-use tokio::time::timeout;
+use tokio::time::{Instant, sleep, timeout};
 
 use super::alarm_book::{BookTime, EndedShelf, KeptAlarms, ShelfEnd};
 use super::alarm_keeper::{SharedBook, unix_ns};
@@ -25,7 +25,6 @@ use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_base::regular_file;
 use rungd_base::whole_file::{FileRights, replace};
-use rungd_client::operator::protocol::SHELVED;
 use rungd_runtime::exchange::Port;
 use rungd_runtime::monotonic_ns;
 use rungd_runtime::say::say;
@@ -75,7 +74,8 @@ impl AlarmFile {
         let AlarmFile { path, kept } = self;
         locked(&book).restore(kept.clone(), now(&port));
         let (orders, inbox) = channel();
-        let handle = AlarmFileHandle { orders, book: Arc::clone(&book) };
+        let file = path.display().to_string().into();
+        let handle = AlarmFileHandle { orders, book: Arc::clone(&book), file };
         let writer = AlarmFileWriter { path, book, port, written: kept, failed: None };
         thread::Builder::new().name("rungd-alarms".into()).spawn(move || writer.work(&inbox))?;
         Ok(handle)
@@ -111,6 +111,8 @@ type KeptOrder = oneshot::Sender<Result<(), String>>;
 pub(super) struct AlarmFileHandle {
     orders: Sender<Option<KeptOrder>>,
     book: SharedBook,
+    /// The path, as the log shows it.
+    file: Arc<str>,
 }
 
 impl AlarmFileHandle {
@@ -129,13 +131,56 @@ impl AlarmFileHandle {
     /// # Errors
     /// Why they are not.
     pub async fn kept(&self) -> Result<(), String> {
-        let (order, answer) = oneshot::channel();
-        let _ = self.orders.send(Some(order));
-        match timeout(KEPT_MAX, answer).await {
+        match timeout(KEPT_MAX, self.order()).await {
             Ok(Ok(kept)) => kept,
             Ok(Err(_)) => Err("the thread that writes the file has ended".to_owned()),
             Err(_) => Err("the disk has not answered yet".to_owned()),
         }
+    }
+
+    /// Orders the last changes to be written, after the end of the scan thread.
+    pub fn end(&self) -> AlarmFileEnd {
+        let (answer, file) = (self.order(), Arc::clone(&self.file));
+        AlarmFileEnd { answer, begin: Instant::now(), file }
+    }
+
+    fn order(&self) -> oneshot::Receiver<Result<(), String>> {
+        let (order, answer) = oneshot::channel();
+        let _ = self.orders.send(Some(order));
+        answer
+    }
+}
+
+/// The end of the process: the last changes are being written.
+pub(super) struct AlarmFileEnd {
+    answer: oneshot::Receiver<Result<(), String>>,
+    begin: Instant,
+    file: Arc<str>,
+}
+
+impl AlarmFileEnd {
+    /// Waits until the file has them, for a limited time. `hurry` ends the wait: then this is
+    /// false.
+    pub async fn wait(self, hurry: impl Future<Output = &'static str>) -> bool {
+        let (why, goes_on) = tokio::select! {
+            answer = self.answer => match answer {
+                // If it failed, the thread has logged why.
+                Ok(_) => return true,
+                Err(_) => ("the thread that writes it has ended".to_owned(), true),
+            },
+            name = hurry => (format!("{name} came before they were durable"), false),
+            () = sleep(KEPT_MAX.saturating_sub(self.begin.elapsed())) => {
+                let waited = duration_text(KEPT_MAX.as_nanos() as u64);
+                (format!("the disk has not answered for {waited}"), true)
+            }
+        };
+        say!(
+            ALARM_FILE,
+            file = %self.file,
+            why,
+            "the next start may not know the last shelves and acknowledgements: {why}"
+        );
+        goes_on
     }
 }
 
@@ -218,8 +263,12 @@ fn tell_ended(ended: &[EndedShelf]) {
             }
             ShelfEnd::Gone => "the program does not have it",
         };
-        let (tag, text, was) = (one_line(tag), one_line(text), shelf.name());
-        let was = if was == SHELVED { was } else { "out of service" };
+        let (tag, was) = (one_line(tag), shelf.words());
+        // A program that does not have the alarm does not have its text.
+        let text = match text.is_empty() {
+            true => String::new(),
+            false => format!(" ({})", one_line(text)),
+        };
         let (who, reason) = (one_line(&shelf.who), one_line(&shelf.why));
         let lasted_ns = unix_ns(monotonic_ns()).saturating_sub(shelf.since_ns).max(0);
         let lasted = duration_text(lasted_ns.unsigned_abs());
@@ -227,10 +276,54 @@ fn tell_ended(ended: &[EndedShelf]) {
             ALARM_UNSHELVED,
             %tag,
             why,
-            "alarm {tag} is no longer {was}: {why}; {who} wanted it {lasted} ago: {reason} ({text})"
+            "alarm {tag} is no longer {was}: {why}; {who} wanted it {lasted} ago: {reason}{text}"
         );
     }
     if let Some(more) = ended.len().checked_sub(TOLD_MAX).filter(|more| *more > 0) {
         say!(ALARM_UNSHELVED, more, "{more} more alarms are no longer shelved");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::future::{pending, ready};
+    use std::sync::Mutex;
+
+    use super::super::alarm_book::AlarmBook;
+    use super::*;
+
+    /// A handle to a thread that does not answer, and its orders.
+    fn stalled() -> (AlarmFileHandle, Receiver<Option<KeptOrder>>) {
+        let (orders, inbox) = channel();
+        let book = Arc::new(Mutex::new(AlarmBook::new(&[])));
+        (AlarmFileHandle { orders, book, file: "controller.alarms".into() }, inbox)
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn a_second_signal_ends_the_wait_for_a_disk_that_stalls() {
+        let (handle, _inbox) = stalled();
+        let begin = Instant::now();
+        assert!(!handle.end().wait(ready("SIGTERM")).await);
+        assert_eq!(begin.elapsed(), Duration::ZERO);
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_wait_for_the_disk_counts_from_its_order() {
+        let (handle, _inbox) = stalled();
+        let begin = Instant::now();
+        let end = handle.end();
+        sleep(KEPT_MAX / 2).await;
+        assert!(end.wait(pending()).await, "the process ends without it");
+        // The clock of tokio counts whole ms.
+        assert!(begin.elapsed() <= KEPT_MAX + Duration::from_millis(1));
+    }
+
+    #[tokio::test(start_paused = true)]
+    async fn the_end_waits_no_longer_than_the_thread_works() {
+        let (handle, inbox) = stalled();
+        let end = handle.end();
+        let order = inbox.try_recv().ok().flatten().expect("it is ordered before the wait");
+        order.send(Err("no space".to_owned())).expect("somebody waits");
+        assert!(end.wait(pending()).await);
     }
 }

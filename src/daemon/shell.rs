@@ -269,15 +269,13 @@ async fn shell(
         });
     };
     let report = runtime.join();
-    // Both disks are waited for at the same time.
-    let recorded = recording.end();
+    // All files are written at the same time.
+    let (recorded, alarms) = (recording.end(), attendance.alarms.end());
     let last_image = match &retention {
         Some(retention) => retention.end(attendance.signals.stop()).await,
         None => LastImage::Kept,
     };
-    // What fails here is in the log.
-    let _ = attendance.alarms.kept().await;
-    if last_image != LastImage::Hurried {
+    if last_image != LastImage::Hurried && alarms.wait(attendance.signals.stop()).await {
         recorded.wait(attendance.signals.stop()).await;
     }
     Ok(conclude(report, asked).or(last_image))
