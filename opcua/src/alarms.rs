@@ -14,9 +14,7 @@ use opcua::types::{
     QualifiedName, UAString, Variant,
 };
 use rungd_base::locked::locked;
-use rungd_client::operator::protocol::{
-    AlarmList, AlarmShelf, AlarmState, AlarmStatus, OUT_OF_SERVICE, SHELVED,
-};
+use rungd_client::operator::protocol::{AlarmList, AlarmShelf, AlarmState, AlarmStatus};
 use rungd_language::resolve::priority::Priority;
 
 use crate::space::{ALARMS, ROOT, node_id};
@@ -207,9 +205,10 @@ impl AlarmFields {
         !self.state.waits() || self.shelved.is_some()
     }
 
-    /// Whether it is suppressed in this way.
-    fn is_shelf(&self, name: &str) -> bool {
-        self.shelved.as_ref().is_some_and(|shelf| shelf.name() == name)
+    /// Whether it comes back by itself (true), or is out of service (false); `None`: it is in
+    /// service.
+    fn timed_shelf(&self) -> Option<bool> {
+        self.shelved.as_ref().map(AlarmShelf::is_timed)
     }
 }
 
@@ -240,12 +239,12 @@ impl EventFields for AlarmFields {
             "Comment" => word(self.shelved.as_ref().map_or("", |shelf| &shelf.why)),
             "SuppressedOrShelved" => Variant::from(self.shelved.is_some()),
             "ShelvingState/CurrentState" => {
-                both(self.is_shelf(SHELVED), "TimedShelved", "Unshelved")
+                both(self.timed_shelf() == Some(true), "TimedShelved", "Unshelved")
             }
             "OutOfServiceState" => {
-                both(self.is_shelf(OUT_OF_SERVICE), "Out of Service", "In Service")
+                both(self.timed_shelf() == Some(false), "Out of Service", "In Service")
             }
-            "OutOfServiceState/Id" => Variant::from(self.is_shelf(OUT_OF_SERVICE)),
+            "OutOfServiceState/Id" => Variant::from(self.timed_shelf() == Some(false)),
             "ConditionClassId" => {
                 Variant::from(NodeId::from(ObjectTypeId::ProcessConditionClassType))
             }

@@ -244,7 +244,13 @@ impl Publisher {
         let mut notifier = self.handle.subscriptions().data_notifier();
         for (id, value) in values {
             let status = value.status();
-            let turned = self.statuses.insert(id.clone(), status).is_some_and(|old| old != status);
+            let turned = match self.statuses.get_mut(&id) {
+                Some(old) => std::mem::replace(old, status) != status,
+                None => {
+                    self.statuses.insert(id.clone(), status);
+                    false
+                }
+            };
             if let Some(mut items) = notifier.notify_for(&id, AttributeId::Value) {
                 if turned {
                     items.data_value(missing());

@@ -91,8 +91,8 @@ fn line(alarm: &ShelvedAlarm, clock: &LocalClock) -> String {
     let ShelvedAlarm { tag, text, before, after, is_active } = alarm;
     let what = match (before, after) {
         (_, Some(shelf)) => match shelf.until_ns {
-            Some(until_ns) => format!("shelved until {}", clock.text(until_ns)),
-            None => "out of service".to_owned(),
+            Some(until_ns) => format!("{} until {}", shelf.words(), clock.text(until_ns)),
+            None => shelf.words().to_owned(),
         },
         (Some(shelf), None) => {
             let back = match shelf.until_ns {

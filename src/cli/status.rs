@@ -103,7 +103,7 @@ fn outputs(status: &ControllerStatus) -> Vec<String> {
 fn alarm_line(alarm: &AlarmStatus) -> String {
     let AlarmStatus { tag, text, priority, state, .. } = alarm;
     let acknowledged = match (&alarm.shelved, state) {
-        (Some(shelf), _) => shelf.name(),
+        (Some(shelf), _) => shelf.words(),
         (None, AlarmState::Acknowledged) => "acknowledged",
         (None, AlarmState::Normal | AlarmState::Unacknowledged | AlarmState::Returned) => {
             "not acknowledged"

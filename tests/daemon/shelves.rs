@@ -58,7 +58,9 @@ fn a_shelved_alarm_stays_in_the_list_with_who_and_why_until_it_is_brought_back()
     assert!(page.contains("medium, Gate, SHELVED by "), "{page}");
     assert!(page.contains(": Filter is changed; now ON, since "), "{page}");
     assert!(page.contains(": New belt on Friday; now ON, since "), "{page}");
-    assert!(live.ok("status").contains("low: Oil is low (medium, shelved)"));
+    let status = live.ok("status");
+    assert!(status.contains("low: Oil is low (medium, shelved)"), "{status}");
+    assert!(status.contains("worn: Belt is worn (medium, out of service)"), "{status}");
     assert_eq!(live.ok("ack --all"), "no alarm waits for an acknowledgement\n");
     assert!(live.ok("ack low").contains("it is shelved: there is nothing to acknowledge"));
     assert!(live.ok("unshelve low").contains("back from its shelf; it stands"));
@@ -154,6 +156,19 @@ fn a_power_cut_and_a_restart_keep_shelves_and_acknowledgements() {
     third.end();
     let fourth = again(&live);
     assert_eq!(listed(&fourth), ["worn acknowledged"]);
+}
+
+#[test]
+fn a_restart_without_a_shelved_alarm_says_so_and_leaves_its_unknown_text_out() {
+    let mut live = Live::scanning(LADDER);
+    assert_eq!(shelve(&live, "stuck --for 8h", "No gate").code, 0);
+    live.end();
+    let without = LADDER.replace("alarm = \"Gate is stuck\", group = \"Gate\"", "spare = true");
+    fs::write(live.folder.join("ladder.toml"), without).expect("written");
+    let next = again(&live);
+    let line = next.line("alarm stuck is no longer shelved: the program does not have it");
+    let message = line["message"].as_str().expect("a message");
+    assert!(message.ends_with(" ago: No gate"), "{message}");
 }
 
 #[test]

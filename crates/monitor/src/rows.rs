@@ -138,7 +138,7 @@ fn of_alarm(alarm: &AlarmStatus) -> [PaneRow; 2] {
     let sign = if stands { ON } else { OFF };
     let lasted = duration_text(alarm.lasted_ms.saturating_mul(1_000_000));
     let ack = match (&alarm.shelved, alarm.state) {
-        (Some(shelf), _) => format!("{} by {}: {}", shelf.name(), shelf.who, shelf.why),
+        (Some(shelf), _) => format!("{} by {}: {}", shelf.words(), shelf.who, shelf.why),
         (None, AlarmState::Acknowledged) => "acknowledged".to_owned(),
         (None, AlarmState::Returned) => "returned, NOT ACKNOWLEDGED".to_owned(),
         (None, AlarmState::Unacknowledged) => "NOT ACKNOWLEDGED".to_owned(),

@@ -2,10 +2,16 @@
 //!
 //! A leaf module: the terms of a batch carry it (`exchange`), and `hold` carries it out in a scan.
 
+use std::time::Duration;
+
 use super::origin::Ticket;
 
 /// The most holds at a time.
 pub const HOLDS_MAX: usize = 32;
+
+/// The longest scan period with which bits are held: a scan turns the bit OFF at the end, and
+/// together both are at most 500 ms.
+pub const HOLD_PERIOD_MAX: Duration = Duration::from_millis(100);
 
 /// What a batch does with a hold; moments are ns of the clock of `BatchTerms::until_ns`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

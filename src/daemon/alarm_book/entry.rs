@@ -98,9 +98,7 @@ impl BookedAlarm {
             why: self.why.clone(),
         }
     }
-}
 
-impl BookedAlarm {
     /// Whether it is in the list of those that somebody has to care for.
     pub fn is_standing(&self) -> bool {
         self.state.is_active() && self.shelf.is_none()

@@ -7,6 +7,7 @@ use rungd_client::operator::protocol::AlarmAck;
 
 /// How long after its first scan a program's alarms are those of the process before.
 const SAME_NS: u64 = 10 * 1_000_000_000;
+
 /// The acknowledgements of the process before, by the tags of alarms that have not risen yet.
 #[derive(Debug, Default)]
 pub(super) struct PendingAcks {

@@ -1,6 +1,6 @@
-//! Answers an operator about alarms: lists them, and acknowledges them.
+//! Answers an operator about alarms: lists them, and acknowledges them. `shelves` shelves them.
 //!
-//! Called by `service`. `daemon::alarm_book` holds the alarms. The monitor thread enters their
+//! Called by `answer`. `daemon::alarm_book` holds the alarms. The monitor thread enters their
 //! changes a few milliseconds after the image that shows them, and an answer waits for this entry.
 
 use std::sync::Arc;

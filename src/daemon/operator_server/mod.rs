@@ -3,9 +3,9 @@
 //! The shell makes [`SocketClaim`]s before it opens any other file, binds the [`OperatorServer`]s
 //! before the first scan, and runs them among the drivers. `socket` manages a socket's file, `peer`
 //! identifies the user at the other end, `io::seats` and `pace` have the limits, `session` serves
-//! one client, `answer` has its requests carried out: by `service`, writes by `write`,
-//! bits that a page holds by `hold`. `read_set`
-//! has the values that can be written back, `logged_change` and `logged_writes` log changes of
+//! one client, `answer` has its requests carried out: by `service`, writes by `write`, bits that a
+//! page holds by `hold`, acknowledgements by `alarms`, shelves by `shelves`. `read_set` has the
+//! values that can be written back, `logged_change` and `logged_writes` log changes of
 //! operands, `ack_bits` shows acknowledgements to the ladder, `status` reports the state of the
 //! controller. Nothing here can make a scan wait.
 

@@ -142,9 +142,9 @@ fn log_unshelved(peer: &OperatorPeer, alarm: &ShelvedAlarm) {
     let ShelvedAlarm { tag, text, before, .. } = alarm;
     let Some(shelf) = before else { return };
     let (before, text) = (shelf.name(), one_line(text));
-    let did = match shelf.until_ns {
-        Some(_) => format!("brought alarm {tag} back from its shelf"),
-        None => format!("returned alarm {tag} to service"),
+    let did = match shelf.is_timed() {
+        true => format!("brought alarm {tag} back from its shelf"),
+        false => format!("returned alarm {tag} to service"),
     };
     say!(
         OPERATOR_UNSHELVE,

@@ -6,7 +6,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::shelf::{AlarmShelf, OUT_OF_SERVICE, SHELVED};
+use super::shelf::{AlarmShelf, OUT_OF_SERVICE, OUT_OF_SERVICE_WORDS, SHELVED};
 
 pub use rungd_language::resolve::priority::Priority;
 
@@ -59,9 +59,9 @@ impl AlarmState {
 pub fn alarm_count<'a>(alarms: impl Iterator<Item = &'a AlarmStatus>) -> String {
     let (mut active, mut returned, mut shelved, mut out) = (0, 0, 0, 0);
     for alarm in alarms {
-        match alarm.shelved.as_ref().map(AlarmShelf::name) {
-            Some(SHELVED) => shelved += 1,
-            Some(_) => out += 1,
+        match alarm.shelved.as_ref().map(AlarmShelf::is_timed) {
+            Some(true) => shelved += 1,
+            Some(false) => out += 1,
             None if alarm.state.is_active() => active += 1,
             None => returned += 1,
         }
@@ -72,7 +72,7 @@ pub fn alarm_count<'a>(alarms: impl Iterator<Item = &'a AlarmStatus>) -> String 
         many => format!("{many} active alarms"),
     };
     let others =
-        [(returned, "returned unacknowledged"), (shelved, SHELVED), (out, "out of service")];
+        [(returned, "returned unacknowledged"), (shelved, SHELVED), (out, OUT_OF_SERVICE_WORDS)];
     for (count, words) in others.into_iter().filter(|(count, _)| *count > 0) {
         counted += &format!(", {count} {words}");
     }

@@ -8,12 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use super::value::ChangedOperand;
 
+pub use rungd_runtime::hold_step::HOLD_PERIOD_MAX;
+
 /// The longest time for which a bit is held without a renewal.
 pub const HOLD_MAX: Duration = Duration::from_millis(400);
-
-/// The longest scan period with which bits are held: a scan turns the bit OFF at the end, and
-/// together both are at most 500 ms.
-pub const HOLD_PERIOD_MAX: Duration = Duration::from_millis(100);
 
 /// The answer to the begin of a hold.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -28,9 +28,19 @@ pub struct AlarmShelf {
 }
 
 impl AlarmShelf {
+    /// Whether the alarm comes back by itself.
+    pub fn is_timed(&self) -> bool {
+        self.until_ns.is_some()
+    }
+
     /// The name of the alarm's state.
     pub fn name(&self) -> &'static str {
-        if self.until_ns.is_some() { SHELVED } else { OUT_OF_SERVICE }
+        if self.is_timed() { SHELVED } else { OUT_OF_SERVICE }
+    }
+
+    /// The state in a sentence: the alarm is …
+    pub fn words(&self) -> &'static str {
+        if self.is_timed() { SHELVED } else { OUT_OF_SERVICE_WORDS }
     }
 }
 
@@ -38,6 +48,8 @@ impl AlarmShelf {
 pub const SHELVED: &str = "shelved";
 /// The name of the state of an alarm that somebody has to bring back.
 pub const OUT_OF_SERVICE: &str = "out-of-service";
+/// This state in a sentence.
+pub(super) const OUT_OF_SERVICE_WORDS: &str = "out of service";
 
 /// The answer to `shelve` and `unshelve`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]

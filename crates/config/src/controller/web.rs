@@ -16,6 +16,8 @@ use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
+use rungd_runtime::exchange::BATCH_WRITES_MAX;
+use rungd_runtime::hold_step::HOLD_PERIOD_MAX;
 
 /// `[web]` and `[[panel]]` as written.
 #[derive(Clone, Debug, Default)]
@@ -48,10 +50,7 @@ pub(super) struct PanelTerms<'a> {
 }
 
 /// The most bits and words of a `recipe`: as many as one change writes.
-const ELEMENTS_MAX: usize = 4096;
-
-/// The longest scan period with which a hold ends within 500 ms (`runtime::hold`).
-const HOLD_PERIOD_MS_MAX: u32 = 100;
+const ELEMENTS_MAX: usize = BATCH_WRITES_MAX;
 
 /// Reads `[web]` and all `[[panel]]`.
 pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
@@ -262,7 +261,7 @@ fn may_hold(
             format!("`{name}` is retained: after a power cut it would be ON without its button"),
             "take it out of `[retain]`, or hold a bit that is not retained",
         )
-    } else if terms.period_ms > HOLD_PERIOD_MS_MAX {
+    } else if u128::from(terms.period_ms) > HOLD_PERIOD_MAX.as_millis() {
         (
             format!("`{name}` is held, and a scan comes every {} ms", terms.period_ms),
             "write `scan.period = \"100ms\"` or less: a hold ends within 500 ms",
