@@ -11,6 +11,8 @@ use std::path::Path;
 
 use super::mimic_xml::{XmlAttribute, XmlFailure, XmlPart, XmlReader};
 use rungd_base::regular_file::read_small_text;
+use rungd_config::controller::panel::is_drawing_name;
+use rungd_lab::svg::escaped;
 
 /// The most bytes of a drawing.
 const BYTES_MAX: usize = 1 << 20;
@@ -43,7 +45,8 @@ const ELEMENTS: [&str; 20] = [
     "symbol",
 ];
 
-const ATTRIBUTES: [&str; 63] = [
+/// What only an attribute says.
+const ATTRIBUTES: [&str; 40] = [
     "d",
     "x",
     "y",
@@ -84,6 +87,12 @@ const ATTRIBUTES: [&str; 63] = [
     "data-text",
     "data-decimals",
     "data-unit",
+];
+
+/// What an attribute says, or a declaration of a `style`.
+const STYLES: [&str; 25] = [
+    "display",
+    "visibility",
     "fill",
     "fill-opacity",
     "fill-rule",
@@ -109,9 +118,6 @@ const ATTRIBUTES: [&str; 63] = [
     "marker-end",
 ];
 
-/// The first of [`ATTRIBUTES`] that a `style` may have too.
-const STYLED_FROM: usize = 40;
-
 /// A drawing that is safe, and what is left out of it.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) struct Mimic {
@@ -128,17 +134,11 @@ pub(super) struct Mimic {
 /// # Errors
 /// The name is no name of a file, the file cannot be read, or it is no SVG.
 pub(super) fn read(folder: &Path, name: &str) -> Result<Mimic, String> {
-    if !is_file_name(name) {
+    if !is_drawing_name(name) {
         return Err(format!("`{name}` is no name of a file in the folder of `--mimics`"));
     }
     let text = read_small_text(&folder.join(name)).map_err(|why| format!("{name}: {why}"))?;
     made_safe(&text).map_err(|why| format!("{name}, {why}"))
-}
-
-/// Whether a text is the name of an SVG file, without a folder.
-fn is_file_name(name: &str) -> bool {
-    let fits = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' ');
-    name.ends_with(".svg") && !name.starts_with('.') && name.len() <= 200 && name.chars().all(fits)
 }
 
 /// Makes a drawing from the text of an SVG file.
@@ -150,12 +150,11 @@ pub(super) fn made_safe(text: &str) -> Result<Mimic, XmlFailure> {
         return Err(XmlFailure::new(1, format!("it has more than {BYTES_MAX} bytes")));
     }
     let mut writer = SafeWriter::default();
-    let mut reader = XmlReader::new(text);
+    // The one end of a line of XML (1.0, section 2.11).
+    let text = text.replace("\r\n", "\n").replace('\r', "\n");
+    let mut reader = XmlReader::new(&text);
     while let Some(part) = reader.next()? {
         writer.take(part).map_err(|why| XmlFailure::new(reader.line(), why))?;
-    }
-    if writer.depth > 0 || writer.skipped > 0 {
-        return Err(XmlFailure::new(reader.line(), "an element has no end".to_owned()));
     }
     if !writer.svg.starts_with("<svg") {
         return Err(XmlFailure::new(1, "it is no SVG: its first element is not `svg`".to_owned()));
@@ -169,14 +168,13 @@ pub(super) fn made_safe(text: &str) -> Result<Mimic, XmlFailure> {
 #[derive(Default)]
 struct SafeWriter {
     svg: String,
-    /// The number of open elements that are written, and of those within one that is left out.
-    depth: usize,
+    /// The names of the open elements that are written.
+    open: Vec<&'static str>,
+    /// The number of open elements within one that is left out, and of itself.
     skipped: usize,
     elements: usize,
     left_out: BTreeSet<String>,
     tags: BTreeSet<String>,
-    /// The names of the open elements that are written.
-    open: Vec<&'static str>,
 }
 
 impl SafeWriter {
@@ -184,7 +182,7 @@ impl SafeWriter {
         match part {
             XmlPart::Begin { name, attributes, is_empty } => {
                 self.elements += 1;
-                if self.elements > ELEMENTS_MAX || self.depth + self.skipped >= DEPTH_MAX {
+                if self.elements > ELEMENTS_MAX || self.open.len() + self.skipped >= DEPTH_MAX {
                     let most = format!("{ELEMENTS_MAX} elements, or is deeper than {DEPTH_MAX}");
                     return Err(format!("it has more than {most}"));
                 }
@@ -200,12 +198,8 @@ impl SafeWriter {
                 }
             }
             XmlPart::End if self.skipped > 0 => self.skipped -= 1,
-            XmlPart::End => {
-                let name = self.open.pop().ok_or("an element ends that has not begun")?;
-                self.depth -= 1;
-                self.svg.push_str(&format!("</{name}>"));
-            }
-            XmlPart::Text(text) if self.skipped == 0 && self.depth > 0 => {
+            XmlPart::End => self.svg.extend(self.open.pop().map(|name| format!("</{name}>"))),
+            XmlPart::Text(text) if self.skipped == 0 && !self.open.is_empty() => {
                 self.svg.push_str(&escaped(&text));
             }
             XmlPart::Text(_) => {}
@@ -215,7 +209,7 @@ impl SafeWriter {
 
     /// Whether an element may stand here: `svg` is the outermost, and once.
     fn fits(&self, name: &str) -> bool {
-        if name == "svg" { self.svg.is_empty() } else { self.depth > 0 }
+        if name == "svg" { self.svg.is_empty() } else { !self.open.is_empty() }
     }
 
     fn begin(&mut self, name: &'static str, attributes: &[XmlAttribute<'_>], is_empty: bool) {
@@ -224,44 +218,61 @@ impl SafeWriter {
         if name == "svg" {
             self.svg.push_str(" xmlns=\"http://www.w3.org/2000/svg\"");
         }
+        let (styles, plain): (Vec<_>, Vec<_>) =
+            attributes.iter().partition(|attribute| attribute.name == "style");
+        // As in SVG, a style wins over an attribute of the same name.
         let mut written: Vec<&str> = Vec::new();
-        for XmlAttribute { name: key, value } in attributes {
-            if *key == "style" {
-                self.style(value, &mut written);
-                continue;
-            }
-            let allowed = ATTRIBUTES.into_iter().find(|allowed| allowed == key);
-            match allowed.and_then(|key| Some((key, safe_value(key, value)?))) {
-                Some((key, value)) if !written.contains(&key) => {
-                    written.push(key);
-                    if key == "data-tag" {
-                        self.tags.insert(value.trim().to_owned());
-                    }
-                    self.attribute(key, &value);
-                }
-                Some(_) => {}
-                None if key.starts_with("xmlns") || key.contains(':') => {}
-                None => self.leave_out(key),
-            }
+        if let Some(style) = styles.first() {
+            self.style(&style.value, &mut written);
+        }
+        for attribute in plain {
+            self.plain(attribute, &mut written);
         }
         self.svg.push_str(if is_empty { "/>" } else { ">" });
         if !is_empty {
-            self.depth += 1;
             self.open.push(name);
         }
     }
 
-    /// Writes the declarations of a style as attributes: a page has no styles of others.
-    fn style(&mut self, style: &str, written: &mut Vec<&str>) {
-        for declaration in style.split(';') {
-            let Some((key, value)) = declaration.split_once(':') else { continue };
-            let key = key.trim();
-            let allowed = ATTRIBUTES[STYLED_FROM..].iter().find(|allowed| **allowed == key);
-            let Some(key) = allowed.filter(|key| !written.contains(key)) else { continue };
-            if let Some(value) = safe_value(key, value.trim()) {
+    /// Writes an attribute that is allowed and not `written`.
+    fn plain(&mut self, attribute: &XmlAttribute<'_>, written: &mut Vec<&str>) {
+        let key = attribute.name;
+        let allowed = ATTRIBUTES.into_iter().chain(STYLES).find(|allowed| *allowed == key);
+        match allowed.and_then(|key| Some((key, safe_value(key, &attribute.value)?))) {
+            Some((key, _)) if written.contains(&key) => {}
+            Some((key, value)) => {
                 written.push(key);
+                if key == "data-tag" {
+                    self.tags.insert(value.trim().to_owned());
+                }
                 self.attribute(key, &value);
             }
+            None if key.starts_with("xmlns") || key.contains(':') => {}
+            None => self.leave_out(key),
+        }
+    }
+
+    /// Writes the declarations of a style as attributes: a page has no styles of others. Of two
+    /// with one key the last is written, as in CSS.
+    fn style(&mut self, style: &str, written: &mut Vec<&str>) {
+        let mut declared: Vec<(&str, String)> = Vec::new();
+        for declaration in style.split(';').map(str::trim).filter(|text| !text.is_empty()) {
+            let (key, value) = declaration.split_once(':').unwrap_or((declaration, ""));
+            let (key, value) = (key.trim(), value.trim());
+            let allowed = STYLES.into_iter().find(|allowed| *allowed == key && !value.is_empty());
+            match allowed.and_then(|key| Some((key, safe_value(key, value)?))) {
+                Some((key, value)) => {
+                    declared.retain(|(other, _)| *other != key);
+                    declared.push((key, value));
+                }
+                // A key of one program, such as `-inkscape-font-specification`.
+                None if key.starts_with('-') => {}
+                None => self.leave_out(key),
+            }
+        }
+        for (key, value) in declared {
+            written.push(key);
+            self.attribute(key, &value);
         }
     }
 
@@ -299,21 +310,6 @@ fn safe_value(key: &str, value: &str) -> Option<String> {
 fn is_id(text: &str) -> bool {
     let fits = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-' | '.');
     !text.is_empty() && text.len() <= 100 && text.chars().all(fits)
-}
-
-fn escaped(text: &str) -> String {
-    let mut safe = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => safe.push_str("&amp;"),
-            '<' => safe.push_str("&lt;"),
-            '>' => safe.push_str("&gt;"),
-            '"' => safe.push_str("&quot;"),
-            c if c.is_control() && !matches!(c, '\n' | '\t' | '\r') => {}
-            c => safe.push(c),
-        }
-    }
-    safe
 }
 
 #[cfg(test)]

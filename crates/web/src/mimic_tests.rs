@@ -34,6 +34,44 @@ fn a_style_becomes_attributes_and_a_reference_stays_within_the_file() {
 }
 
 #[test]
+fn an_end_of_a_line_of_windows_is_an_end_of_a_line() {
+    assert_eq!(safe("<path d=\"M0 0\r\nL1\t1\"/>\r\n"), svg("<path d=\"M0 0\nL1\t1\"/>\n"));
+}
+
+#[test]
+fn a_layer_that_is_hidden_stays_hidden() {
+    for (inner, hidden) in [
+        ("<g style=\"display:none\"><text>a</text></g>", "<g display=\"none\">"),
+        ("<g display=\"none\"><text>a</text></g>", "<g display=\"none\">"),
+        ("<g style=\"visibility : hidden\"/>", "<g visibility=\"hidden\"/>"),
+    ] {
+        assert!(safe(inner).contains(hidden), "{inner}");
+        assert_eq!(made_safe(&svg(inner)).unwrap().left_out, Vec::<String>::new(), "{inner}");
+    }
+}
+
+#[test]
+fn a_style_wins_over_attributes_before_and_behind_it_and_its_last_declaration_wins() {
+    for (inner, wanted) in [
+        ("<rect fill=\"blue\" style=\"fill:red\"/>", "<rect fill=\"red\"/>"),
+        ("<rect style=\"fill:red\" fill=\"blue\"/>", "<rect fill=\"red\"/>"),
+        ("<rect style=\"fill:blue; fill:red;\"/>", "<rect fill=\"red\"/>"),
+    ] {
+        assert_eq!(safe(inner), svg(wanted), "{inner}");
+    }
+}
+
+#[test]
+fn what_is_left_out_of_a_style_is_told() {
+    let inner =
+        "<rect style=\"filter:blur(2px);fill:url(http://a);bad;-inkscape-x:1;stroke:red;\"/>";
+    let mimic = made_safe(&svg(inner)).unwrap();
+    assert_eq!(mimic.svg, svg("<rect stroke=\"red\"/>"));
+    // As names of other programs in attributes, a key of another program is not told.
+    assert_eq!(mimic.left_out, ["bad", "fill", "filter"]);
+}
+
+#[test]
 fn nothing_that_executes_loads_or_copies_is_left() {
     for inner in [
         "<script>alert(1)</script>",

@@ -2,7 +2,8 @@
 //!
 //! Used by `mimic`. It knows no meaning, follows no reference, and has no entities but the five of
 //! XML and numbers: a document type with declarations is refused. Comments and instructions are no
-//! parts.
+//! parts. It is not roxmltree, with which `rungd import` reads: that takes either no document type
+//! at all, also none without declarations as Inkscape writes it, or one with entities.
 
 use std::fmt;
 
@@ -76,9 +77,12 @@ impl<'a> XmlReader<'a> {
     /// The next part; `None` at the end.
     ///
     /// # Errors
-    /// The text is no XML.
+    /// The text is no XML, or ends within an element.
     pub fn next(&mut self) -> Result<Option<XmlPart<'a>>, XmlFailure> {
         loop {
+            if self.rest.is_empty() && !self.open.is_empty() {
+                return self.fail("an element has no end");
+            }
             if self.rest.is_empty() {
                 return Ok(None);
             }

@@ -108,6 +108,12 @@ pub enum WidgetKind {
     Mimic,
 }
 
+/// Whether a text is the name of a drawing: an SVG file, without a folder.
+pub fn is_drawing_name(name: &str) -> bool {
+    let fits = |c: char| c.is_alphanumeric() || matches!(c, '_' | '-' | '.' | ' ');
+    name.ends_with(".svg") && !name.starts_with('.') && name.len() <= 200 && name.chars().all(fits)
+}
+
 /// In place of a group: all alarms.
 pub const ALL_ALARMS: &str = "*";
 
