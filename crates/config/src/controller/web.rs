@@ -5,7 +5,9 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::panel::{ALL_ALARMS, Panel, Widget, WidgetKind, WrittenPanel, read_panel};
+use super::panel::{
+    ALL_ALARMS, Panel, Widget, WidgetKind, WrittenPanel, is_drawing_name, read_panel,
+};
 use super::resolver::SettingsResolver;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, Space};
 use rungd_language::resolve::scope::{NamedThing, Scope};
@@ -76,6 +78,11 @@ pub(super) fn resolve(
     let progress = resolver.progress;
     for text in progress.during(&written.write) {
         let many = elements(text, resolver.scope);
+        if many.as_ref().is_some_and(|many| many.len() > ELEMENTS_MAX) {
+            let help = "list the elements, the records or the fields that pages need";
+            too_many(text, help, resolver);
+            continue;
+        }
         let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
         for (name, address) in many.or_else(one).unwrap_or_default() {
             if may_write(address) {
@@ -164,9 +171,9 @@ fn operand(text: &Text, resolver: &mut SettingsResolver<'_>) -> Option<Address> 
     None
 }
 
-/// The bits and words of a record, of an array of records or of an array, each with its name;
-/// `None` for any other name.
-pub fn elements(text: &Text, scope: &Scope) -> Option<Vec<(String, Address)>> {
+/// The bits and words of a record, of an array of records or of an array, each with its name, at
+/// most one more than [`ELEMENTS_MAX`]; `None` for any other name.
+fn elements(text: &Text, scope: &Scope) -> Option<Vec<(String, Address)>> {
     let name = text.text.trim();
     match scope.look_up(name).ok()?.thing {
         NamedThing::Record(place) => {
@@ -187,39 +194,42 @@ pub fn elements(text: &Text, scope: &Scope) -> Option<Vec<(String, Address)>> {
     }
 }
 
+/// Adds a finding about a record or an array of more than [`ELEMENTS_MAX`] bits and words.
+fn too_many(text: &Text, help: &'static str, resolver: &mut SettingsResolver<'_>) {
+    let name = text.text.trim();
+    let message = format!("`{name}` has more than {ELEMENTS_MAX} values");
+    resolver.findings.push(Finding::new(Code::Controller, text.span, message).help(help));
+}
+
 /// Whether a text names what a table can show: at most [`ELEMENTS_MAX`] bits and words.
 fn is_recipe(text: &Text, resolver: &mut SettingsResolver<'_>) -> bool {
     let name = text.text.trim();
-    let (message, help) = match elements(text, resolver.scope) {
-        Some(elements) if elements.len() > ELEMENTS_MAX => (
-            format!("`{name}` has more than {ELEMENTS_MAX} values, which no one change can write"),
-            "show a shorter array",
-        ),
-        Some(_) => return true,
-        None => {
-            // An unknown name has its own finding.
-            if resolver.address(name, text.span).is_none() {
-                return false;
-            }
-            (
-                format!("`{name}` is no record and no array"),
-                "name a tag whose `type` is a record, or an array; one operand is a `value`",
-            )
+    match elements(text, resolver.scope) {
+        Some(elements) if elements.len() > ELEMENTS_MAX => {
+            let help = "no one change can write so many: show a shorter array";
+            too_many(text, help, resolver);
+            return false;
         }
-    };
-    let finding = Finding::new(Code::Controller, text.span, message);
-    resolver.findings.push(finding.help(help));
+        Some(_) => return true,
+        // An unknown name has its own finding.
+        None if resolver.address(name, text.span).is_none() => return false,
+        None => {}
+    }
+    let message = format!("`{name}` is no record and no array");
+    let help = "name a tag whose `type` is a record, or an array; one operand is a `value`";
+    resolver.findings.push(Finding::new(Code::Controller, text.span, message).help(help));
     false
 }
 
 /// Whether a text can be the name of a drawing: a file without a folder.
 fn is_drawing(text: &Text, resolver: &mut SettingsResolver<'_>) -> bool {
     let name = text.text.trim();
-    let is_file = name.ends_with(".svg") && !name.starts_with('.') && !name.contains(['/', '\\']);
+    let is_file = is_drawing_name(name);
     if !is_file {
         let message = format!("`{name}` is not the name of an SVG file");
         let finding = Finding::new(Code::Controller, text.span, message);
-        let help = "name an SVG file in the folder of rungd web --mimics, without a path";
+        let help = "name an SVG file in the folder of rungd web --mimics, without a path, by \
+                    letters, digits, spaces, dashes, underscores and dots";
         resolver.findings.push(finding.help(help));
     }
     is_file
