@@ -13,13 +13,13 @@ use serde_json::{Value, json};
 use super::panels;
 use super::query::Query;
 use super::recipe::recipe;
-use super::reply::{WebFailure, WebResult, bad, computed, json_answer};
+use super::reply::{WebFailure, WebResult, bad, json_answer};
 #[cfg(feature = "prove")]
 use super::search::search;
 use super::sessions::WebSession;
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
-use super::views::{of, operand, settings, viewed};
+use super::views::{asked, of, operand, settings, viewed};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendGap, TrendPoint};
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
@@ -70,7 +70,10 @@ pub(super) async fn question(
         }
         "/api/session" => Ok(json_answer(&of_session(session, &view))),
         "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
-        "/api/mimic" => panels::drawing(site, &view.program, &query).await,
+        "/api/mimic" => {
+            let folder = site.mimics.clone();
+            asked(site, move || panels::drawing(folder.as_deref(), &view.program, &query)).await
+        }
         "/api/panels" => Ok(json_answer(&panels::panels(&view.program))),
         "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
         "/api/events" => asked(site, move || Ok(happened(&view))).await,
@@ -82,17 +85,6 @@ pub(super) async fn question(
         "/api/trend" => asked(site, move || trend(&view, &query)).await,
         _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
     }
-}
-
-/// Answers a question that takes time, on a thread for blocking work; few at a time.
-async fn asked(
-    site: &WebSite,
-    question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
-) -> WebResult {
-    let place = Arc::clone(&site.questions).acquire_owned().await;
-    let answered = computed(question).await;
-    drop(place);
-    answered
 }
 
 fn of_session(session: &WebSession, view: &LiveView) -> Value {

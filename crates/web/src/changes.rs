@@ -4,7 +4,6 @@
 //! nothing here is a right of its own. `press` has the buttons that are held.
 
 use std::sync::Arc;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use hyper::StatusCode;
 use serde_json::{Value, json};
@@ -17,6 +16,7 @@ use super::sender::{Visitor, listed_operand, sent};
 use super::sessions::SignedIn;
 use super::site::WebSite;
 use super::views::OPERAND_BYTES_MAX;
+use rungd_base::wall_clock;
 use rungd_client::operator::protocol::{GivenValue, Request};
 
 /// Makes a change.
@@ -50,8 +50,7 @@ async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value)
     let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
     let mut done = sent(site, visitor, write).await?;
     // Scans after this moment show what the ladder has made of it.
-    done["at_ms"] =
-        json!(SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |at| at.as_millis() as u64));
+    done["at_ms"] = json!(wall_clock::now_ms());
     say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
     Ok(json_answer(&done))
 }

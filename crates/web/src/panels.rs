@@ -1,17 +1,17 @@
 //! The panels of the controller file, for the page that draws them.
 //!
-//! Called by `api`. The values of a panel come with the events of every page; here is what stays
-//! the same while a program runs: labels, units, decimal places, and the values that a tag takes.
+//! Called by `api`, and by `recipe` for what a panel shows. The values of a panel come with the
+//! events of every page; here is what stays the same while a program runs: labels, units, decimal
+//! places, and the values that a tag takes.
 
 use std::collections::HashMap;
+use std::path::Path;
 
-use hyper::StatusCode;
 use serde_json::{Value, json};
 
 use super::mimic::{self, Mimic};
 use super::query::Query;
-use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::site::WebSite;
+use super::reply::{WebFailure, bad};
 use super::views::settings;
 use rungd_client::live::{LiveProgram, LiveTag};
 use rungd_config::controller::panel::{LampColor, Panel, Widget, WidgetKind};
@@ -50,9 +50,7 @@ fn widget(program: &LiveProgram, widget: &Widget, unit: Option<&str>) -> Value {
 
 /// Whether `[web] write` lists what a recipe shows, or a part of it.
 fn is_listed(program: &LiveProgram, recipe: &str) -> bool {
-    let is_of =
-        |name: &str| name.strip_prefix(recipe).is_some_and(|rest| rest.starts_with(['.', '[']));
-    settings(program).is_some_and(|web| web.write.iter().any(|(name, _)| is_of(name)))
+    settings(program).is_some_and(|web| web.write.iter().any(|(name, _)| is_part_of(name, recipe)))
 }
 
 /// The word that an operand names; `None`: it names a bit.
@@ -70,22 +68,32 @@ pub(super) fn takes(program: &LiveProgram, word: Word) -> [Value; 2] {
     [min, max].map(|content| json!(word.number(content)))
 }
 
-/// A drawing of a panel, made safe, with the tags that the program does not have.
-pub(super) async fn drawing(site: &WebSite, program: &LiveProgram, query: &Query) -> WebResult {
-    let name = query.get("operand").unwrap_or_default().to_owned();
-    let is_it = |widget: &&Widget| widget.kind == WidgetKind::Mimic && widget.operand == name;
-    let panels = settings(program).map_or(&[][..], |web| &web.panels);
-    if panels.iter().flat_map(|panel| &panel.show).find(is_it).is_none() {
+/// A drawing of a panel, made safe, with the tags that the program does not have. Reads a file of
+/// the folder of drawings.
+pub(super) fn drawing(
+    folder: Option<&Path>,
+    program: &LiveProgram,
+    query: &Query,
+) -> Result<Value, WebFailure> {
+    let name = query.get("operand").unwrap_or_default();
+    if !shows(program, WidgetKind::Mimic, name) {
         return Err(bad("no panel shows this drawing"));
     }
-    let folder = site.mimics.clone();
     let folder = folder.ok_or_else(|| bad("start `rungd web` with `--mimics FOLDER`"))?;
-    let found = tokio::task::spawn_blocking(move || mimic::read(&folder, &name)).await;
-    let failed = |bug: tokio::task::JoinError| {
-        WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string())
-    };
-    let Mimic { svg, left_out, tags } = found.map_err(failed)?.map_err(bad)?;
+    let Mimic { svg, left_out, tags } = mimic::read(folder, name).map_err(bad)?;
     let unknown = tags.iter().filter(|tag| program.subject.cell(tag).is_err());
     let unknown: Vec<&String> = unknown.take(20).collect();
-    Ok(json_answer(&json!({ "svg": svg, "left_out": left_out, "unknown": unknown })))
+    Ok(json!({ "svg": svg, "left_out": left_out, "unknown": unknown }))
+}
+
+/// Whether a panel has a part of a kind that shows an operand.
+pub(super) fn shows(program: &LiveProgram, kind: WidgetKind, operand: &str) -> bool {
+    let panels = settings(program).map_or(&[][..], |web| &web.panels);
+    let mut parts = panels.iter().flat_map(|panel| &panel.show);
+    parts.any(|part| part.kind == kind && part.operand == operand)
+}
+
+/// Whether a name is that of a part of a recipe: of a field or an element.
+pub(super) fn is_part_of(name: &str, recipe: &str) -> bool {
+    name.strip_prefix(recipe).is_some_and(|rest| rest.starts_with(['.', '[']))
 }

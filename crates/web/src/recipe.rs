@@ -11,17 +11,17 @@ use hyper::StatusCode;
 use serde_json::{Value, json};
 
 use super::journal::say;
-use super::panels::{takes, word};
+use super::panels::{is_part_of, shows, takes, word};
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::sender::{ChangeFailure, Visitor, exchanged};
+use super::sender::{ChangeFailure, Visitor, sent};
 use super::site::WebSite;
-use super::views::{operand, settings, viewed};
+use super::views::{asked, operand, viewed};
 use rungd_client::live::LiveProgram;
 use rungd_client::operator::client;
 use rungd_client::operator::protocol::{GivenWrite, Request, ShownValue, WritableValues};
 use rungd_client::operator::value_set::{FileWrite, file_text, read_file};
-use rungd_config::controller::panel::{Widget, WidgetKind};
+use rungd_config::controller::panel::WidgetKind;
 use rungd_language::source::finding::Finding;
 
 /// The most bytes of a change or a file of a recipe.
@@ -34,34 +34,38 @@ pub(super) async fn recipe(site: &Arc<WebSite>, query: &Query) -> WebResult {
     let no_controller = || WebFailure(StatusCode::BAD_GATEWAY, "no controller answers".to_owned());
     let socket = site.follow.socket().ok_or_else(no_controller)?;
     let request = Request::ReadSet { operands: vec![recipe] };
-    let ask = move || client::ask::<WritableValues>(&socket, &request);
-    let asked = tokio::task::spawn_blocking(ask).await;
-    let asked =
-        asked.map_err(|bug| WebFailure(StatusCode::INTERNAL_SERVER_ERROR, bug.to_string()))?;
-    let read = asked.map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why.to_string()))?;
+    asked(site, move || {
+        let read = client::ask::<WritableValues>(&socket, &request);
+        let read = read.map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why.to_string()))?;
+        Ok(values(&view.program, &read))
+    })
+    .await
+}
+
+/// Values for the table of a page, and their file.
+fn values(program: &LiveProgram, read: &WritableValues) -> Value {
     let value = |shown: &ShownValue| {
-        let word = word(&view.program, &shown.operand);
+        let word = word(program, &shown.operand);
         json!({
             "operand": shown.operand,
             "value": shown.value,
             "unit": shown.unit,
             "text": shown.text,
-            "takes": word.map(|word| takes(&view.program, word)),
+            "takes": word.map(|word| takes(program, word)),
             "real": word.is_some_and(|word| word.is_real()),
         })
     };
     let values: Vec<Value> = read.values.iter().map(value).collect();
     let file = file_text(&read.values, &read.records);
-    let left_out = read.structures + read.read_only;
-    Ok(json_answer(&json!({ "values": values, "file": file, "left_out": left_out })))
+    json!({ "values": values, "file": file, "left_out": read.structures + read.read_only })
 }
 
 /// The name of a recipe that a panel shows.
 fn shown(program: &LiveProgram, name: &str) -> Result<String, WebFailure> {
-    let panels = settings(program).map_or(&[][..], |web| &web.panels);
-    let is_it = |widget: &&Widget| widget.kind == WidgetKind::Recipe && widget.operand == name;
-    let found = panels.iter().flat_map(|panel| &panel.show).find(is_it);
-    found.map(|widget| widget.operand.clone()).ok_or_else(|| bad("no panel shows this recipe"))
+    match shows(program, WidgetKind::Recipe, name) {
+        true => Ok(name.to_owned()),
+        false => Err(bad("no panel shows this recipe")),
+    }
 }
 
 /// The values of a file, for the table of a page: nothing is written.
@@ -73,10 +77,7 @@ pub(super) async fn read(site: &Arc<WebSite>, said: &Value) -> WebResult {
     if let Some(finding) = findings.first() {
         return Err(bad(in_line(finding, text)));
     }
-    let is_of = |write: &&FileWrite| {
-        let rest = write.write.operand.strip_prefix(&recipe);
-        rest.is_some_and(|rest| rest.starts_with(['.', '[']))
-    };
+    let is_of = |write: &&FileWrite| is_part_of(&write.write.operand, &recipe);
     let own: Vec<&GivenWrite> = writes.iter().filter(is_of).map(|write| &write.write).collect();
     if own.is_empty() {
         return Err(bad(format!("the file has no value of `{recipe}`")));
@@ -104,10 +105,7 @@ pub(super) async fn write(
     let count = writes.len();
     let (for_user, from_page) = (Some(user.to_owned()), true);
     let request = Request::WriteSet { writes, for_user, from_page };
-    let place = Arc::clone(&site.questions).acquire_owned().await;
-    let done = exchanged(site, visitor, request).await;
-    drop(place);
-    match done {
+    match sent(site, visitor, request).await {
         Ok(done) => {
             say(&format!("{user} wrote {count} values of {recipe}"));
             Ok(json_answer(&done))

@@ -42,25 +42,17 @@ pub(super) async fn listed_operand(
     Ok(operand)
 }
 
-/// Sends a change to the controller, if its browser still waits and its session goes on.
+/// Sends a change to the controller, if its browser still waits and its session goes on; few at a
+/// time.
 pub(super) async fn sent(
     site: &Arc<WebSite>,
     visitor: &Visitor,
     request: Request,
-) -> Result<Value, WebFailure> {
+) -> Result<Value, ChangeFailure> {
     let place = Arc::clone(&site.questions).acquire_owned().await;
     let done = sent_at_once(site, visitor, request).await;
     drop(place);
     done
-}
-
-/// As [`sent`], without a place among the questions.
-pub(super) async fn sent_at_once(
-    site: &Arc<WebSite>,
-    visitor: &Visitor,
-    request: Request,
-) -> Result<Value, WebFailure> {
-    exchanged(site, visitor, request).await.map_err(WebFailure::from)
 }
 
 /// Why a change is not made.
@@ -91,8 +83,8 @@ impl From<ChangeFailure> for WebFailure {
     }
 }
 
-/// Sends a change to the controller, if its browser still waits and its session goes on.
-pub(super) async fn exchanged(
+/// As [`sent`], without a place among the questions.
+pub(super) async fn sent_at_once(
     site: &Arc<WebSite>,
     visitor: &Visitor,
     request: Request,

@@ -1,15 +1,16 @@
 //! What every question and change of a page begins with: the present view of the controller, the
-//! settings of its pages, the operand that is named.
+//! settings of its pages, the operand that is named, a thread for the answer.
 //!
-//! Used by `api`, `panels` and the changes. Nothing here asks the controller.
+//! Used by `api`, `panels`, `recipe` and the changes. Nothing here asks the controller.
 
 use std::sync::Arc;
 
 use hyper::StatusCode;
+use serde_json::Value;
 
 use super::follow::LookResult;
 use super::query::Query;
-use super::reply::{WebFailure, bad};
+use super::reply::{WebFailure, WebResult, bad, computed};
 use super::site::WebSite;
 use rungd_client::live::{LiveProgram, LiveView};
 use rungd_config::controller::web::WebSettings;
@@ -40,4 +41,15 @@ pub(super) fn operand(query: &Query) -> Result<&str, WebFailure> {
         true => Err(bad("the operand is too long")),
         false => Ok(operand),
     }
+}
+
+/// Answers a question that takes time, on a thread for blocking work; few at a time.
+pub(super) async fn asked(
+    site: &WebSite,
+    question: impl FnOnce() -> Result<Value, WebFailure> + Send + 'static,
+) -> WebResult {
+    let place = Arc::clone(&site.questions).acquire_owned().await;
+    let answered = computed(question).await;
+    drop(place);
+    answered
 }
