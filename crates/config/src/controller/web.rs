@@ -74,30 +74,11 @@ pub(super) fn resolve(
     terms: &PanelTerms<'_>,
     resolver: &mut SettingsResolver<'_>,
 ) -> WebSettings {
-    let mut web = WebSettings::default();
+    let write = resolve_write(&written.write, resolver);
+    let writable: HashSet<Address> = write.iter().map(|(_, address)| *address).collect();
+    let mut web = WebSettings { write, ..WebSettings::default() };
     let progress = resolver.progress;
-    for text in progress.during(&written.write) {
-        let many = elements(text, resolver.scope);
-        if many.as_ref().is_some_and(|many| many.len() > ELEMENTS_MAX) {
-            let help = "list the elements, the records or the fields that pages need";
-            too_many(text, help, resolver);
-            continue;
-        }
-        let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
-        for (name, address) in many.or_else(one).unwrap_or_default() {
-            if may_write(address) {
-                web.write.push((name, address));
-            } else {
-                let message = format!("`{name}` cannot be written from outside");
-                let finding = Finding::new(Code::Controller, text.span, message);
-                let help =
-                    "list inputs, data, relays, presets and accumulators: see docs/operator.md";
-                resolver.findings.push(finding.help(help).or_omit());
-                break;
-            }
-        }
-    }
-    let writable: HashSet<Address> = web.write.iter().map(|(_, address)| *address).collect();
+    let mut parts = PartResolver { terms, writable, hold: Vec::new(), resolver };
     let mut firsts: HashMap<&str, Span> = HashMap::new();
     for panel in progress.during(&written.panels) {
         let Some(name) = &panel.name else { continue };
@@ -105,43 +86,109 @@ pub(super) fn resolve(
             let message = format!("a second panel `{}`", name.text);
             let finding = Finding::new(Code::Controller, name.span, message);
             let fix = renaming::another(&name.text, ' ', |name| firsts.contains_key(name));
-            resolver.findings.push(finding.related(*first, "the first one").fix(fix));
+            parts.resolver.findings.push(finding.related(*first, "the first one").fix(fix));
             continue;
         }
         firsts.insert(&name.text, panel.span);
-        let widgets = progress.during(&panel.show);
-        let mut show = Vec::new();
-        for (shown, text) in widgets {
-            if shown.kind == WidgetKind::Alarms {
-                if is_group(text, terms, resolver) {
-                    show.push(shown.clone());
-                }
-                continue;
-            }
-            if shown.kind == WidgetKind::Mimic {
-                if is_drawing(text, resolver) {
-                    show.push(shown.clone());
-                }
-                continue;
-            }
-            if shown.kind == WidgetKind::Recipe {
-                if is_recipe(text, resolver) {
-                    show.push(shown.clone());
-                }
-                continue;
-            }
-            let Some(address) = widget_operand(shown, text, &writable, resolver) else { continue };
-            if shown.kind == WidgetKind::Hold {
-                if !may_hold(address, text, terms, resolver) {
-                    continue;
-                }
-                web.hold.push(address);
-            }
-            show.push(shown.clone());
-        }
+        let shown = progress.during(&panel.show).filter(|(widget, text)| parts.fits(widget, text));
+        let show = shown.map(|(widget, _)| widget.clone()).collect();
         web.panels.push(Panel { name: name.text.clone(), show });
     }
+    web.hold = parts.hold;
     web
+}
+
+/// The operands of `[web] write`, each with its name: records and arrays as their elements.
+fn resolve_write(written: &[Text], resolver: &mut SettingsResolver<'_>) -> Vec<(String, Address)> {
+    let mut write = Vec::new();
+    for text in resolver.progress.during(written) {
+        let many = elements(text, resolver.scope);
+        if many.as_ref().is_some_and(|many| many.len() > ELEMENTS_MAX) {
+            let help = "list the elements, the records or the fields that pages need";
+            too_many(text, help, resolver);
+            continue;
+        }
+        let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
+        let named = many.or_else(one).unwrap_or_default();
+        if let Some((name, _)) = named.iter().find(|(_, address)| !may_write(*address)) {
+            let message = format!("`{name}` cannot be written from outside");
+            let finding = Finding::new(Code::Controller, text.span, message);
+            let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
+            resolver.findings.push(finding.help(help).or_omit());
+        }
+        write.extend(named.into_iter().take_while(|(_, address)| may_write(*address)));
+    }
+    write
+}
+
+/// Judges the parts of panels, with a finding for each that cannot be shown.
+struct PartResolver<'a, 'r, 's> {
+    terms: &'a PanelTerms<'a>,
+    /// What `[web] write` lists.
+    writable: HashSet<Address>,
+    /// The bits of `hold` so far.
+    hold: Vec<Address>,
+    resolver: &'r mut SettingsResolver<'s>,
+}
+
+impl PartResolver<'_, '_, '_> {
+    /// Whether a part can be shown.
+    fn fits(&mut self, widget: &Widget, text: &Text) -> bool {
+        match widget.kind {
+            WidgetKind::Alarms => is_group(text, self.terms, self.resolver),
+            WidgetKind::Mimic => is_drawing(text, self.resolver),
+            WidgetKind::Recipe => is_recipe(text, self.resolver),
+            WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Hold => {
+                self.is_bit_part(widget, text)
+            }
+            WidgetKind::Value | WidgetKind::Trend => operand(text, self.resolver).is_some(),
+            WidgetKind::Bar => self.is_bar(widget, text),
+        }
+    }
+
+    /// Whether a lamp or a button has a bit, and a button one that it may write.
+    fn is_bit_part(&mut self, widget: &Widget, text: &Text) -> bool {
+        let Some(address) = operand(text, self.resolver) else { return false };
+        let name = &widget.operand;
+        if !matches!(address, Address::Bit(_)) {
+            let value = pair(format!("value = \"{name}\"")).possible();
+            let help = Help::from("write a `value` or a `bar`").with(value);
+            return self.refuse(text, format!("`{name}` is not a bit"), help);
+        }
+        let presses = matches!(widget.kind, WidgetKind::Button | WidgetKind::Hold);
+        if presses && !self.writable.contains(&address) {
+            let message = format!("nobody may write `{name}`: this button would do nothing");
+            let list = FixEdit::Under { table: "web", pair: format!("write = [\"{name}\"]") };
+            let help = Help::from(format!("list it: `[web]` with `write = [\"{name}\"]`"));
+            return self.refuse(text, message, help.with(possible(list)));
+        }
+        if widget.kind == WidgetKind::Hold {
+            if !may_hold(address, text, self.terms, self.resolver) {
+                return false;
+            }
+            self.hold.push(address);
+        }
+        true
+    }
+
+    /// Whether a bar has a word.
+    fn is_bar(&mut self, widget: &Widget, text: &Text) -> bool {
+        let Some(address) = operand(text, self.resolver) else { return false };
+        if !matches!(address, Address::Bit(_)) {
+            return true;
+        }
+        let name = &widget.operand;
+        let lamp = pair(format!("lamp = \"{name}\"")).possible();
+        let lamp = lamp.after(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
+        self.refuse(text, format!("`{name}` is a bit"), Help::from("write a `lamp`").with(lamp))
+    }
+
+    /// Adds a finding about a part.
+    fn refuse(&mut self, text: &Text, message: String, help: Help) -> bool {
+        let finding = Finding::new(Code::Controller, text.span, message);
+        self.resolver.findings.push(finding.help(help));
+        false
+    }
 }
 
 /// Whether an address may be written; an operator may write the same addresses
@@ -282,46 +329,4 @@ fn may_hold(
     let finding = Finding::new(Code::Controller, text.span, message);
     resolver.findings.push(finding.help(help));
     false
-}
-
-/// The operand of a widget, if it is of a kind that the widget can show.
-fn widget_operand(
-    widget: &Widget,
-    text: &Text,
-    writable: &HashSet<Address>,
-    resolver: &mut SettingsResolver<'_>,
-) -> Option<Address> {
-    let address = operand(text, resolver)?;
-    let name = &widget.operand;
-    let is_bit = matches!(address, Address::Bit(_));
-    let (message, help) = match widget.kind {
-        WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Hold if !is_bit => {
-            let value = pair(format!("value = \"{name}\"")).possible();
-            let help = Help::from("write a `value` or a `bar`").with(value);
-            (format!("`{name}` is not a bit"), help)
-        }
-        WidgetKind::Bar if is_bit => {
-            let lamp = pair(format!("lamp = \"{name}\"")).possible();
-            let lamp = lamp.after(FixEdit::Remove("min")).after(FixEdit::Remove("max"));
-            (format!("`{name}` is a bit"), Help::from("write a `lamp`").with(lamp))
-        }
-        WidgetKind::Button | WidgetKind::Hold if !writable.contains(&address) => (
-            format!("nobody may write `{name}`: this button would do nothing"),
-            Help::from(format!("list it: `[web]` with `write = [\"{name}\"]`")).with(possible(
-                FixEdit::Under { table: "web", pair: format!("write = [\"{name}\"]") },
-            )),
-        ),
-        WidgetKind::Lamp
-        | WidgetKind::Button
-        | WidgetKind::Hold
-        | WidgetKind::Bar
-        | WidgetKind::Value
-        | WidgetKind::Trend
-        | WidgetKind::Alarms
-        | WidgetKind::Recipe
-        | WidgetKind::Mimic => return Some(address),
-    };
-    let finding = Finding::new(Code::Controller, text.span, message);
-    resolver.findings.push(finding.help(help));
-    None
 }
