@@ -12,13 +12,15 @@ use crate::answer::{Answer, AnswerVerdict, DependsOn, EXPLORING, Shown, SideWitn
 use crate::cone::cone;
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Patience, has_first_scan};
-use crate::device_wait::DeviceWait;
 use crate::encode::encode;
+use crate::events::ScanEvent;
 use crate::explore::Attained;
 use crate::kept::{self, KeptAnswers};
 use crate::model::{Path, Target};
+use crate::named_input::{InputSetting, NamedInput};
 use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, Race};
+use crate::rig_memory::DeadEnd;
 use crate::stretched::{AddedScan, stretched};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, TriedRun};
@@ -154,8 +156,14 @@ impl Asked<'_> {
                 AnswerVerdict::Proved { way, witnesses }
             }
             Decision::Found(way, path) => {
-                let verdict = self.violation(line, way, &cone.widened(&path));
-                standing_in_the_way(verdict, &answer.cuts)
+                let path = self.to_last_scan(cone.widened(&path));
+                let TriedPath { scan, run } =
+                    self.tried(&path, |trial| trial.violation(line.number));
+                let TriedRun { text, is_confirmed, failure } = run;
+                match is_confirmed {
+                    true => AnswerVerdict::Violated { way, scan, scenario: text, failure },
+                    false => self.unconfirmed(&path, &answer.cuts),
+                }
             }
             Decision::Open(open) => {
                 let cause = open.cause(&self.questions.cut_names(&open.cuts));
@@ -182,8 +190,10 @@ impl Asked<'_> {
                 AnswerVerdict::Proved { way: Way::Exploring { states }, witnesses: Vec::new() }
             }
             Attained::NotFrom(path) => {
+                let path = cone.widened(&path);
+                let end = DeadEnd::new(&self.questions.model, &cone, &path);
                 let TriedPath { scan, run } =
-                    self.tried(&cone.widened(&path), |trial| trial.dead_end(&line.text));
+                    self.tried(&path, |trial| trial.dead_end(&line.text, &end));
                 let TriedRun { text, is_confirmed, .. } = run;
                 match is_confirmed {
                     true => AnswerVerdict::Violated {
@@ -192,7 +202,7 @@ impl Asked<'_> {
                         scenario: text,
                         failure: None,
                     },
-                    false => not_in_a_test(scan),
+                    false => self.unconfirmed(&path, &answer.cuts),
                 }
             }
             Attained::Stopped { states, cause } => AnswerVerdict::NotDecided {
@@ -208,17 +218,60 @@ impl Asked<'_> {
         format!("{:?} {} {:?}", proof.events, proof.late_max, proof.from_retained)
     }
 
-    fn violation(&self, line: &AlwaysLine, way: &'static str, path: &Path) -> AnswerVerdict {
-        let TriedPath { scan, run } = self.tried(path, |trial| trial.violation(line.number));
-        let TriedRun { text, is_confirmed, failure } = run;
-        if is_confirmed {
-            return AnswerVerdict::Violated { way, scan, scenario: text, failure };
+    /// The path without what happens behind its last scan, which breaks no line any more.
+    fn to_last_scan(&self, mut path: Path) -> Path {
+        let model = &self.questions.model;
+        if let (Some(place), Some(last)) = (model.event_place(), path.scans.last_mut())
+            && !model.event(last).is_some_and(ScanEvent::ends_run)
+        {
+            last[place] = 0;
         }
-        match self.questions.model.events.image_is_final {
-            Some(_) => needs_an_image(scan, self.questions.model.period_ms),
-            None if !DeviceWait::all(self.questions).is_empty() => needs_a_loss(scan),
-            None => not_in_a_test(scan),
+        path
+    }
+
+    /// The answer if a path does something else in a test: what it needs and a test does not bring.
+    fn unconfirmed(&self, path: &Path, cuts: &[String]) -> AnswerVerdict {
+        let cause = if !cuts.is_empty() {
+            let cuts = cuts.join(", ");
+            format!("it needs a value that the ladder does not compute there, of {cuts}")
+        } else if self.finds_older_image(path) {
+            let period_ms = self.questions.model.period_ms;
+            format!(
+                "a power cut would have to find an image that a test does not keep; `interval = \
+                 \"{period_ms}ms\"` in `[retain]` keeps one of every scan"
+            )
+        } else if self.loses_device(path) {
+            "there `.Stale` comes when `loss-after` has passed, neither sooner nor later, and what \
+             a lost device brings stands still"
+                .to_owned()
+        } else {
+            "a test does not set all that it depends on".to_owned()
+        };
+        let scans = counted(path.scans.len() as u64, "scan");
+        AnswerVerdict::NotDecided {
+            covered: vec![format!("a run of {scans} was found")],
+            cause: format!("the run does not break the line in a test: {cause}"),
         }
+    }
+
+    /// Whether a power cut of a path finds an image, where a test keeps not one of every scan.
+    fn finds_older_image(&self, path: &Path) -> bool {
+        let model = &self.questions.model;
+        let is_cut = |choices: &Vec<i32>| {
+            let event = model.event(choices);
+            matches!(event, Some(ScanEvent::PowerCut | ScanEvent::PowerCutBeforeImage))
+        };
+        model.events.image_is_final.is_some() && path.scans.iter().any(is_cut)
+    }
+
+    /// Whether a path loses a device with settings.
+    fn loses_device(&self, path: &Path) -> bool {
+        let is_lost = |(named, value): (&NamedInput, &i32)| {
+            matches!(named.setting, InputSetting::Device(_)) && *value == 0
+        };
+        let mut scans = path.scans.iter();
+        !self.questions.suite.programs[0].controller.devices.is_empty()
+            && scans.any(|choices| self.questions.inputs.iter().zip(choices).any(is_lost))
     }
 
     /// Tries a path on the rig; if it does not hold there, with what a test brings later.
@@ -260,52 +313,9 @@ impl Asked<'_> {
     }
 }
 
-/// Names the cuts by hand as the cause why a run does not break the line in a test.
-fn standing_in_the_way(verdict: AnswerVerdict, cuts: &[String]) -> AnswerVerdict {
-    match verdict {
-        AnswerVerdict::NotDecided { covered, .. } if !cuts.is_empty() => {
-            let cause = format!(
-                "the run does not break the line in a test: it needs a value that the ladder does \
-                 not compute there, of {}",
-                cuts.join(", ")
-            );
-            AnswerVerdict::NotDecided { covered, cause }
-        }
-        AnswerVerdict::Proved { .. }
-        | AnswerVerdict::Violated { .. }
-        | AnswerVerdict::NotDecided { .. } => verdict,
-    }
-}
-
 /// A path that was tried.
 struct TriedPath {
     /// The number of its scans.
     scan: u64,
     run: TriedRun,
-}
-
-/// The answer if a run needs an image that a test does not keep.
-fn needs_an_image(scans: u64, period_ms: u32) -> AnswerVerdict {
-    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
-    let cause = format!(
-        "the run does not break the line in a test: a power cut would have to find an image that a \
-         test does not keep; `interval = \"{period_ms}ms\"` in `[retain]` keeps one of every scan"
-    );
-    AnswerVerdict::NotDecided { covered, cause }
-}
-
-/// The answer if a run needs a lost device to be otherwise than it is in a test.
-fn needs_a_loss(scans: u64) -> AnswerVerdict {
-    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
-    let cause = "the run does not break the line in a test: there `.Stale` comes when `loss-after` \
-                 has passed, neither sooner nor later, and what a lost device brings stands still";
-    AnswerVerdict::NotDecided { covered, cause: cause.to_owned() }
-}
-
-/// The answer if a run that was found does something else in a test.
-fn not_in_a_test(scans: u64) -> AnswerVerdict {
-    let covered = vec![format!("a run of {} was found", counted(scans, "scan"))];
-    let cause = "the run does not break the line in a test: a test does not set all that it \
-                 depends on";
-    AnswerVerdict::NotDecided { covered, cause: cause.to_owned() }
 }

@@ -31,6 +31,7 @@ mod named_input;
 pub mod question;
 pub mod race;
 mod retained;
+pub mod rig_memory;
 mod stretched;
 pub mod survey;
 mod told_events;

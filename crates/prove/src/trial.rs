@@ -6,9 +6,10 @@ use crate::events::ScanEvent;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
 use crate::named_input::{InputSetting, NamedInput};
 use crate::question::Questions;
+use crate::rig_memory::DeadEnd;
 use rungd_lab::rig::PowerOff;
 use rungd_lab::testing::{
-    Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_run, try_violation,
+    Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_end, try_run, try_violation,
 };
 
 /// A path about the model of [`Questions`].
@@ -44,18 +45,20 @@ impl Trial<'_> {
         FoundRun { name, set: self.set(), steps }
     }
 
-    /// Plays the path to a state from which nothing leads to a condition.
-    pub fn dead_end(&self, condition: &str) -> TriedRun {
+    /// Tries whether the path leads to a state from which nothing leads to a condition. What
+    /// happens behind its last scan is a part of it.
+    pub fn dead_end(&self, condition: &str, end: &DeadEnd) -> TriedRun {
         let Questions { suite, programs, .. } = self.questions;
-        let mut steps = self.steps();
+        let inputs: Vec<Option<&NamedInput>> = self.questions.inputs.iter().map(Some).collect();
+        let mut all = PathSteps::new(&self.questions.model, &inputs);
+        self.path.scans.iter().for_each(|choices| all.add(choices, false));
+        let mut steps = all.ended();
         if steps.is_empty() {
             steps.push(TestStep::Run(TestTime::Scans(1)));
         }
-        try_run(
-            suite,
-            programs,
-            FoundRun { name: format!("from here never: {condition}"), set: self.set(), steps },
-        )
+        let name = format!("from here never: {condition}");
+        let run = FoundRun { name, set: self.set(), steps };
+        try_end(suite, programs, run, |rig| end.is_of(rig))
     }
 
     /// The retained values before the first scan that are not those of a cold start.
@@ -90,20 +93,11 @@ pub(crate) fn steps(
     inputs: &[Option<&NamedInput>],
     path: &Path,
 ) -> Vec<TestStep> {
-    // What a device moves has any level before it is forced.
-    let is_cold = matches!(model.start, ProofStart::Cold(_));
-    let level = |(named, input): (&Option<&NamedInput>, &FreeInput)| {
-        let is_known = |named: &&NamedInput| !(named.is_forced() && is_cold);
-        named.filter(is_known).map(|_| model.before_start(input))
-    };
-    let levels = inputs.iter().zip(&model.inputs).map(level).collect();
-    let run = Run::new(model);
-    let mut all = PathSteps { run, inputs, levels, steps: Vec::new(), still: 0 };
+    let mut all = PathSteps::new(model, inputs);
     for (at, choices) in path.scans.iter().enumerate() {
         all.add(choices, at + 1 == path.scans.len());
     }
-    all.pass();
-    all.steps
+    all.ended()
 }
 
 /// The steps of a path, so far.
@@ -117,7 +111,23 @@ struct PathSteps<'p> {
     still: u64,
 }
 
-impl PathSteps<'_> {
+impl<'p> PathSteps<'p> {
+    fn new(model: &'p ProofModel, inputs: &'p [Option<&'p NamedInput>]) -> PathSteps<'p> {
+        // What a device moves has any level before it is forced.
+        let is_cold = matches!(model.start, ProofStart::Cold(_));
+        let level = |(named, input): (&Option<&NamedInput>, &FreeInput)| {
+            let is_known = |named: &&NamedInput| !(named.is_forced() && is_cold);
+            named.filter(is_known).map(|_| model.before_start(input))
+        };
+        let levels = inputs.iter().zip(&model.inputs).map(level).collect();
+        PathSteps { run: Run::new(model), inputs, levels, steps: Vec::new(), still: 0 }
+    }
+
+    fn ended(mut self) -> Vec<TestStep> {
+        self.pass();
+        self.steps
+    }
+
     /// Adds a scan, with what changes before it and what happens behind it.
     fn add(&mut self, choices: &[i32], is_end: bool) {
         let model = self.run.model();

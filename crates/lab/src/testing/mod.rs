@@ -74,7 +74,7 @@ pub use mutation::{
     JudgedLadder, MutateOptions, MutationProgress, UnnoticedMutant, first_failure, mutate,
 };
 pub use pin::{Pin, pinned};
-pub use proof_run::{FoundRun, TriedRun, run_text, try_run, try_violation};
+pub use proof_run::{FoundRun, TriedRun, run_text, try_end, try_run, try_violation};
 pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
 pub use runner::{RunOptions, TestVerdict, programs, run};

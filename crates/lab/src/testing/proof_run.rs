@@ -11,7 +11,7 @@ use super::lowered_suite::LoweredSuite;
 use super::pasted::scenario_text;
 use super::player::{FailedWhy, NoSpectator, play};
 use super::suite::{Scenario, Suite, TestOperand, TestStep, TestTime};
-use crate::rig::RigProgram;
+use crate::rig::{Rig, RigProgram};
 use rungd_language::source::span::{Located, Span};
 
 /// A run that a proof has found, from a cold start.
@@ -59,14 +59,25 @@ pub fn try_violation(
 
 /// Tries a run whose steps expect something: it is confirmed if they all pass.
 pub fn try_run(suite: &Suite, programs: &[Arc<RigProgram>], run: FoundRun) -> TriedRun {
+    try_end(suite, programs, run, |_| true)
+}
+
+/// Does the same; `is_there`: whether the rig is where the run leads.
+pub fn try_end(
+    suite: &Suite,
+    programs: &[Arc<RigProgram>],
+    run: FoundRun,
+    is_there: impl FnOnce(&Rig) -> bool,
+) -> TriedRun {
     let mut alone = suite.clone();
     alone.always.iter_mut().for_each(Vec::clear);
     let stage = LoweredSuite { suite: &alone, programs, given_up: None };
     let scenario = scenario_of(run);
     let text = scenario_text(&scenario, programs);
-    let (played, _) = play(stage, &scenario, false, &mut NoSpectator);
+    let (played, judged) = play(stage, &scenario, false, &mut NoSpectator);
     let failure = played.failed.map(|failed| Box::new(failure(stage, &scenario, &failed)));
-    TriedRun { text, is_confirmed: failure.is_none(), failure }
+    let is_confirmed = failure.is_none() && is_there(&judged.rig);
+    TriedRun { text, is_confirmed, failure }
 }
 
 /// A run as a scenario to read; it is not tried.

@@ -1,6 +1,6 @@
 //! Field devices that are lost in a proof, with known answers.
 
-use super::environment::{answers, answers_of, scenario, words_of};
+use super::environment::{answers, answers_of, cause, scenario, words_of};
 use rungd_prove::answer::Answer;
 
 /// A pump that runs while its device is there, and what remembers that it was lost.
@@ -117,4 +117,43 @@ fn what_happens_in_the_scan_in_which_a_device_goes_stale_waits_with_it() {
     assert_eq!(words_of(&found), ["violated", "violated", "not decided"], "{found:#?}");
     let text = found[2].text();
     assert!(text.contains("there `.Stale` comes when `loss-after` has passed"), "{text}");
+}
+
+/// What only a device that is lost before the first scan could do.
+const EARLY: &str = r#"
+[ladder]
+name    = "early"
+devices = ["line1"]
+[tags]
+early = { at = "C1" }
+late  = { at = "C2" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["$FirstScan", "line1.Stale"], do = ["SET early"] },
+  { when = ["line1.Stale"], do = ["SET late"] },
+]
+"#;
+
+#[test]
+fn a_dead_end_is_one_in_a_test_too() {
+    let files = [("ladder.toml", EARLY), ("controller.toml", CONTROLLER)];
+    let test = "controller = \"controller.toml\"\n\
+                [prove]\nevents = [\"device-loss\"]\ncan = [\"!early\", \"!late\"]\n";
+    let found = answers_of(&files, test);
+    assert_eq!(words_of(&found), ["not decided", "violated"], "{found:#?}");
+    let cause = cause(&found[0]);
+    assert!(cause.contains("there `.Stale` comes when `loss-after` has passed"), "{cause}");
+    assert!(scenario(&found[1]).contains("\"lose line1\",\n    \"run 7 scans\",\n]"), "{found:#?}");
+}
+
+#[test]
+fn an_image_is_named_as_the_cause_only_if_a_run_finds_one() {
+    let controller = format!("{CONTROLLER}[retain]\ntags = [\"late\"]\ninterval = \"1s\"\n");
+    let files = [("ladder.toml", EARLY), ("controller.toml", controller.as_str())];
+    let test = "controller = \"controller.toml\"\nalways = [\"!early\"]\n\
+                [prove]\nevents = [\"device-loss\", \"power-cut\"]\n";
+    let found = answers_of(&files, test);
+    let cause = cause(&found[0]);
+    assert!(cause.contains("there `.Stale` comes when `loss-after` has passed"), "{cause}");
 }

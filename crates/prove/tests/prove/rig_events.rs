@@ -1,21 +1,25 @@
 //! What happens to the controller and its field devices in a proof is what happens to them on the
 //! rig, as `rungd test` plays it: what the rig brings is allowed in a proof, and after each scan all
-//! memory that both have is the same.
+//! memory that both have is the same. A dead end of a proof is one on the rig.
 //!
 //! `RUNGD_PROVE_RIG` (6) is the number of random programs, `RUNGD_PROVE_SEED` (1) the first seed.
 
-use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, Word, WordSpace};
-use rungd_engine::{BitCell, Cell, Image, WordCell};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
+use rungd_engine::{Cell, Image};
 use rungd_lab::rig::{PowerOff, Rig, RigMode, RigSetup};
 use rungd_lab::testing::read_suite;
+use rungd_prove::answer::AnswerVerdict;
+use rungd_prove::decide::{DecideLimits, decide_can};
 use rungd_prove::events::ScanEvent;
 use rungd_prove::model::Run;
 use rungd_prove::question::Questions;
+use rungd_prove::rig_memory::differing_at;
 use rungd_test_support::folder::TestFolder;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::fs;
+use std::time::Duration;
 
 const NOW: PowerOff = PowerOff { down_ms: 0, lose_ms: 0 };
 
@@ -49,28 +53,7 @@ fn happen(rig: &mut Rig, event: Option<ScanEvent>) {
     }
 }
 
-/// The addresses of cells that differ, but for the time of day, those that a run shows before the
-/// passes of a last scan, and the bits of devices, which each scan brings anew.
-pub fn differing_at(rig: &Rig, run: &Run) -> Vec<Address> {
-    let layout = &rig.program().symbols.layout;
-    let model = &run.model().code.layout;
-    let bits = (0..layout.bit_count()).map(|bit| Cell::Bit(BitCell(bit)));
-    let words = (0..layout.word_count()).map(|word| Cell::Word(WordCell(word)));
-    let differs = |cell: Cell| {
-        let address = layout.address(cell)?;
-        let is_given = match address {
-            Address::Bit(Bit::Space(BitSpace::St, _) | Bit::Device(..)) => true,
-            Address::Word(Word::Space(WordSpace::Dst, _)) => true,
-            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
-        };
-        let of_model = model.cell(address).filter(|_| !is_given)?;
-        let is_same = rig.image().value(cell) == run.engine.image().value(of_model);
-        (!is_same).then_some(address)
-    };
-    bits.chain(words).filter_map(differs).collect()
-}
-
-/// The same for people.
+/// What differs, for people.
 fn differing(rig: &Rig, run: &Run) -> Vec<String> {
     let [own, model] = [&rig.program().symbols.layout, &run.model().code.layout];
     let told = |address: Address| {
@@ -244,4 +227,40 @@ fn lost_devices_of_random_programs_are_in_a_proof_as_on_the_rig() {
     }
     println!("{lost} scans with a lost device");
     assert!(lost > 0);
+}
+
+#[test]
+fn dead_ends_of_random_programs_are_ones_on_the_rig() {
+    let first = setting("RUNGD_PROVE_SEED", 1);
+    let (mut dead, mut decided) = (0, 0);
+    for seed in first..first + 2 * setting("RUNGD_PROVE_RIG", 6) {
+        let (case, mut rng) = (generate(seed), Rng::new(seed ^ 0xDEAD));
+        let test = format!(
+            "ladder = [\"ladder.toml\"]\nperiod = \"{period}ms\"\n\
+             [retain]\nranges = [{ranges}]\ninterval = \"{period}ms\"\n\
+             [prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n\
+             inputs = [\"X0\", \"X1\"]\nstates = 300\ncan = [\"Y0\", \"!Y0\", \"Y1\", \"!Y1\"]\n",
+            period = case.period.max(10),
+            ranges = retained_ranges(&mut rng),
+        );
+        let questions = questions(&case.ladder(), "", &test);
+        for line in &questions.can {
+            let limits = DecideLimits {
+                time: Duration::from_secs(600),
+                memory: 100_000_000,
+                given_up: Default::default(),
+            };
+            let answer = decide_can(&questions, line, &limits);
+            match &answer.verdict {
+                AnswerVerdict::Violated { .. } => dead += 1,
+                AnswerVerdict::NotDecided { cause, .. } => {
+                    let is_tried = cause.contains("in a test") && answer.cuts.is_empty();
+                    assert!(!is_tried, "seed {seed}, {}: {answer:#?}", line.text);
+                }
+                AnswerVerdict::Proved { .. } => decided += 1,
+            }
+        }
+    }
+    println!("{dead} dead ends, {decided} lines without one");
+    assert!(dead > 0);
 }

@@ -4,12 +4,13 @@
 //! `RUNGD_PROVE_RIG` (6) is a third of the number of random programs, `RUNGD_PROVE_SEED` (1) the
 //! first seed.
 
-use super::rig_events::{differing_at, is_brought, move_inputs, questions, retained_ranges};
+use super::rig_events::{is_brought, move_inputs, questions, retained_ranges};
 use rungd_engine::isa::{Address, Structure, Word};
 use rungd_engine::{BitCell, Cell};
 use rungd_lab::rig::{PowerOff, Rig, RigMode, RigSetup};
 use rungd_prove::model::Run;
 use rungd_prove::question::Questions;
+use rungd_prove::rig_memory::differing_at;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
