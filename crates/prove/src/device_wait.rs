@@ -1,4 +1,5 @@
-//! When a test turns `.Stale` of a lost device ON: as the field devices of a rig do it.
+//! When a test turns `.Stale` of a lost device ON: as the field devices of a rig do it
+//! (`crates/lab/src/rig/field.rs`).
 //!
 //! For `stretched`. A device exchanges at each multiple of `poll`, and when one of its inputs is
 //! set. It is stale when its last exchange is older than `loss-after`. A device without settings is

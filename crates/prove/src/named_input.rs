@@ -1,7 +1,7 @@
 //! What an input of a model is for people, and how a test sets it.
 //!
-//! `question`, `given_inputs` and `equal` make it; `trial` makes steps of it. It has no limits and
-//! no cells of the model.
+//! `question`, `given_inputs`, `retained` and `equal` make it; `trial` makes steps of it. It has no
+//! limits and no cells of the model.
 
 use rungd_engine::isa::DeviceId;
 use rungd_lab::testing::TestOperand;

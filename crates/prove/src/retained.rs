@@ -16,7 +16,7 @@ use crate::events::KeptLimits;
 use crate::explore::effects::{EffectCells, Effects};
 use crate::model::FreeInput;
 use crate::named_input::{InputSetting, NamedInput};
-use rungd_engine::isa::{Address, Structure, Word};
+use rungd_engine::isa::{Address, Bit, Flag, Structure, Word};
 use rungd_engine::ops::{CounterRule, TimerRule};
 use rungd_engine::record::{FLAGS, RECORD, counter_state, sensaphone_state, timer_state};
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, PassStep, WordCell};
@@ -90,8 +90,8 @@ fn driven(code: &EngineProgram) -> HashSet<Cell> {
     }
     let mut passes = HashMap::<u32, usize>::new();
     for step in &code.tables.terminations {
-        if let PassStep::BitOff(bit) = step {
-            *passes.entry(*bit).or_default() += 1;
+        if let Some(Cell::Bit(BitCell(bit))) = step.bit_off() {
+            *passes.entry(bit).or_default() += 1;
         }
     }
     let is_driven = |(bit, passes): &(u32, usize)| writers.get(bit) == Some(passes);
@@ -173,20 +173,13 @@ impl StartSearch<'_> {
             let address = layout.address(Cell::Word(WordCell(at)));
             address.and_then(Address::structure)
         };
+        let turned_off = step.bit_off().filter(|cell| self.cold.image().value(*cell) != 0);
+        match turned_off.and_then(|cell| layout.address(cell.whole())) {
+            Some(Address::Word(word)) => self.word(word),
+            Some(address) => self.value(address, BIT),
+            None => {}
+        }
         match step {
-            PassStep::BitOff(bit) => {
-                let cell = Cell::Bit(BitCell(*bit));
-                if let (1, Some(at)) = (self.cold.image().value(cell), layout.address(cell)) {
-                    self.value(at, BIT);
-                }
-            }
-            PassStep::WordBitOff(bit) => {
-                let cell = Cell::WordBit(bit.0);
-                let word = layout.address(Cell::Word(bit.0.word));
-                if let (1, Some(Address::Word(word))) = (self.cold.image().value(cell), word) {
-                    self.word(word);
-                }
-            }
             PassStep::Counter(counter, rule) => {
                 if let Some(structure) = structure(counter.at) {
                     self.reset(structure, matches!(rule, CounterRule::Down(_)));
@@ -197,7 +190,9 @@ impl StartSearch<'_> {
                     self.reset(structure, *rule == TimerRule::Preset);
                 }
             }
-            PassStep::HistoryOff(_)
+            PassStep::BitOff(_)
+            | PassStep::WordBitOff(_)
+            | PassStep::HistoryOff(_)
             | PassStep::HoldTimer(_)
             | PassStep::CountUp(_)
             | PassStep::CountDown(_)
@@ -212,9 +207,14 @@ impl StartSearch<'_> {
             self.word(Word::Acc(structure));
             self.own_bit(structure, FLAGS + counter_state::LOADED as usize);
         }
-        let is_counter = matches!(structure, Structure::Counter(_));
-        let flags = if is_counter { 0..FLAGS } else { RESET..RESET + 2 };
-        flags.for_each(|place| self.own_bit(structure, place));
+        if matches!(structure, Structure::Counter(_)) {
+            (0..FLAGS).for_each(|place| self.own_bit(structure, place));
+            return;
+        }
+        for flag in [Flag::Reset, Flag::Zero] {
+            let flag = self.code.layout.bit(Bit::Flag(structure, flag));
+            self.bit_of(structure, flag);
+        }
     }
 
     /// The history of an SR, which is retained with its bits. No other cell without an address is
@@ -244,10 +244,14 @@ impl StartSearch<'_> {
 
     /// A bit of a structure's record, by its place.
     fn own_bit(&mut self, structure: Structure, place: usize) {
-        let bit = self.code.layout.record_bits(structure).start + place as u32;
+        let first = self.code.layout.record_bits(structure).start;
+        self.bit_of(structure, BitCell(first + place as u32));
+    }
+
+    fn bit_of(&mut self, structure: Structure, bit: BitCell) {
         let name = self.rig.symbols.names.name(Address::Structure(structure));
         let setting = InputSetting::Any(BY_ITS_INSTRUCTION);
-        self.add(name, setting, Cell::Bit(BitCell(bit)), BIT);
+        self.add(name, setting, Cell::Bit(bit), BIT);
     }
 
     /// Whether a bit of a structure's record, by its place, is OFF behind every pass: its owner
@@ -269,6 +273,3 @@ impl StartSearch<'_> {
 
 /// The values of a bit.
 const BIT: KeptLimits = KeptLimits { low: 0, high: 1 };
-
-/// The place of `.Reset` in a record; `.Zero` follows.
-const RESET: usize = 1;

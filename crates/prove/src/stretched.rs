@@ -5,9 +5,8 @@
 //! are older than the last scan, any scan may leave the newest image; a test keeps the image of its
 //! first scan, and then one at each multiple of `interval`. In a model with the settings of
 //! devices, `.Stale` may be ON as soon as a device is lost; a test turns it ON when `loss-after`
-//! has passed.
-//! So the scan that needs one of them waits: scans are added before it. Whether the longer path
-//! still does the same, only a test says.
+//! has passed. So the scan that needs one of them waits: scans are added before it. Whether the
+//! longer path still does the same, only a test says.
 
 use crate::device_wait::DeviceWait;
 use crate::events::ScanEvent;

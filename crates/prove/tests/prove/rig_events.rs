@@ -2,7 +2,8 @@
 //! rig, as `rungd test` plays it: what the rig brings is allowed in a proof, and after each scan all
 //! memory that both have is the same. A dead end of a proof is one on the rig.
 //!
-//! `RUNGD_PROVE_RIG` (6) is the number of random programs, `RUNGD_PROVE_SEED` (1) the first seed.
+//! `RUNGD_PROVE_RIG` (6) is the number of random programs, and half the number of those with
+//! lost devices; `RUNGD_PROVE_SEED` (1) is the first seed.
 
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit};
 use rungd_engine::{Cell, Image};
@@ -239,7 +240,8 @@ fn dead_ends_of_random_programs_are_ones_on_the_rig() {
             "ladder = [\"ladder.toml\"]\nperiod = \"{period}ms\"\n\
              [retain]\nranges = [{ranges}]\ninterval = \"{period}ms\"\n\
              [prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n\
-             inputs = [\"X0\", \"X1\"]\nstates = 300\ncan = [\"Y0\", \"!Y0\", \"Y1\", \"!Y1\"]\n",
+             inputs = [\"X0\", \"X1\"]\nstates = 300\n\
+             can = [\"Y0\", \"!Y0\", \"Y1\", \"!Y1\"]\n",
             period = case.period.max(10),
             ranges = retained_ranges(&mut rng),
         );
