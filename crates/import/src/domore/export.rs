@@ -2,8 +2,8 @@
 
 use std::fmt::Write;
 
-use super::form::{BEGIN, END, FLAGS, plain_name};
-use rungd_engine::isa::{Address, Space};
+use super::form::{BEGIN, END, FLAGS, other_element, plain_name};
+use rungd_engine::isa::Address;
 use rungd_language::resolve::program::{Program, Tag, TagMeaning};
 
 /// Longest nickname of Do-more Designer.
@@ -42,8 +42,7 @@ pub fn documentation(program: &Program) -> ElementDocumentation {
 }
 
 fn element(made: &mut ElementDocumentation, tag: &Tag, address: Address, at: &str) {
-    let space = Space::of(address.without_bit()).map(|(space, _)| space.name());
-    if matches!(space, Some("N" | "ST" | "DST")) {
+    if other_element(address).is_some() {
         made.left_out.push(format!("`{}`: {at} is another element in a Do-more", tag.name));
         return;
     }

@@ -2,12 +2,12 @@
 
 use std::collections::{BTreeMap, HashSet};
 
-use super::form::{BEGIN, END, FLAGS, begins, plain_name};
+use super::form::{BEGIN, END, FLAGS, OtherElement, begins, other_element, plain_name};
 use crate::csv::{CsvRecord, records};
 use crate::model::{ForeignProject, LadderFile, Outcome, ProjectTag};
 use crate::names::GivenNames;
+use rungd_engine::isa::MemorySizes;
 use rungd_engine::isa::address_text::{AddressError, parse};
-use rungd_engine::isa::{Address, MemorySizes, Space};
 
 /// Most elements of a file.
 const ELEMENTS_MAX: usize = 100_000;
@@ -111,17 +111,20 @@ struct DocumentedTags {
 impl DocumentedTags {
     fn add(&mut self, element: &DocumentedElement) {
         let text = element.element.replacen(':', ".", 1);
-        let found = parse(&text, &MemorySizes::default());
-        let at = match found {
-            Ok(address) if is_system(address) => return self.system += 1,
+        let sizes = MemorySizes::default();
+        let at = match parse(&text, &sizes) {
             Ok(_) => text,
             Err(AddressError::LeadingZero(right) | AddressError::Case(right)) => right,
             Err(AddressError::UnknownNickname) => return self.system += 1,
             Err(error) => return self.leave(element, &error),
         };
-        if at.starts_with('N') {
-            let why = "N is a word of a Do-more, and a Sensaphone counter here; give it a type";
-            return self.without(element, why.to_owned());
+        match parse(&at, &sizes).ok().and_then(other_element) {
+            Some(OtherElement::System) => return self.system += 1,
+            Some(OtherElement::Word) => {
+                let why = "N is a word of a Do-more, and a Sensaphone counter here; give it a type";
+                return self.without(element, why.to_owned());
+            }
+            None => {}
         }
         if !self.taken.insert(at.clone()) {
             return self.without(element, "documented twice; the first one counts".to_owned());
@@ -162,10 +165,4 @@ impl DocumentedTags {
         let name = format!("{element} {nickname}").trim().to_owned();
         self.without_place.entry(why).or_default().push(name);
     }
-}
-
-/// Whether the controller itself has an element.
-fn is_system(address: Address) -> bool {
-    let space = Space::of(address).map(|(space, _)| space.name());
-    matches!(space, Some("ST" | "DST"))
 }

@@ -57,6 +57,7 @@ fn what_comes_back_is_what_was_read() {
 fn elements_without_a_place_are_open_points() {
     let project = documented(
         "\"WX0\",\"Flow\",\"\",\"\"\n\"N3\",\"Index\",\"\",\"\"\n\"ST0\",\"$FirstScan\",\"\",\"\"\n\
+         \"st1\",\"$On\",\"\",\"\"\n\
          \"X5000\",\"Far\",\"\",\"\"\n\"X1\",\"One\",\"\",\"\"\n\"X1\",\"Two\",\"\",\"\"",
     );
     assert_eq!(project.files[0].tags.len(), 1);
@@ -64,7 +65,9 @@ fn elements_without_a_place_are_open_points() {
     for wanted in ["WX0 Flow", "N3 Index", "X5000 Far", "X1 Two"] {
         assert!(open.contains(wanted), "{open}");
     }
-    assert_eq!(project.outcome.left_out.len(), 1);
+    let left_out = &project.outcome.left_out;
+    assert_eq!(left_out.len(), 1);
+    assert!(left_out[0].starts_with("2 elements of the system"), "{left_out:?}");
 }
 
 #[test]

@@ -1,8 +1,9 @@
 //! A function block that is being written, network by network. Used by `library`.
 
+use super::functions;
 use super::project::{
-    BlockCall, CallInput, CallResult, CallSource, CoilAction, ExportedNetwork, ExportedUnit,
-    ExportedVariable, NetworkBody, NetworkCoil, NetworkPower, VariableRole,
+    BlockCall, CallResult, CallSource, CoilAction, ExportedNetwork, ExportedUnit, ExportedVariable,
+    NetworkBody, NetworkCoil, NetworkPower, VariableRole, on,
 };
 
 /// A function block that is being written.
@@ -61,7 +62,7 @@ impl BlockBody {
     /// A compare whose result is a coil.
     pub(super) fn compare(self, variable: &str, name: &str, sides: [CallSource; 2]) -> BlockBody {
         let [left, right] = sides;
-        let call = super::functions::call_of_two(name, left, right);
+        let call = functions::call_of_two(name, left, right);
         let variable = variable.to_owned();
         let results = vec![CallResult { pin: "OUT", variable, is_coil: true }];
         self.network(NetworkBody::Call { call, results })
@@ -69,23 +70,15 @@ impl BlockBody {
 
     /// A value that is stored.
     pub(super) fn store(self, variable: &str, value: CallSource) -> BlockBody {
-        let call = match value {
-            CallSource::Call(call) => call,
-            source @ (CallSource::Power(_) | CallSource::Variable(_) | CallSource::Literal(_)) => {
-                BlockCall::function("MOVE", vec![CallInput { pin: "IN", source }])
-            }
-        };
-        let variable = variable.to_owned();
-        let results = vec![CallResult { pin: "OUT", variable, is_coil: false }];
-        self.network(NetworkBody::Call { call, results })
+        self.stored(variable, functions::stored(value, NetworkPower::Constant(true)))
     }
 
     /// A value that is stored while a bit is ON.
     pub(super) fn store_while(self, enable: &str, variable: &str, value: CallSource) -> BlockBody {
-        let power = CallSource::Power(super::project::on(enable));
-        let inputs =
-            vec![CallInput { pin: "EN", source: power }, CallInput { pin: "IN", source: value }];
-        let call = BlockCall::function("MOVE", inputs);
+        self.stored(variable, functions::stored(value, on(enable)))
+    }
+
+    fn stored(self, variable: &str, call: BlockCall) -> BlockBody {
         let variable = variable.to_owned();
         let results = vec![CallResult { pin: "OUT", variable, is_coil: false }];
         self.network(NetworkBody::Call { call, results })

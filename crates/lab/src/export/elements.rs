@@ -37,8 +37,7 @@ impl RungExport<'_, '_> {
         span: Span,
     ) -> Result<WholeResult, ExportRefusal> {
         let source = self.word(element.index, span)?.source;
-        let (low, high) = element.index.range();
-        Ok(WholeResult { source, low: low.into(), high: high.into(), is_long: false })
+        Ok(WholeResult::of_word(element.index, source))
     }
 
     /// The elements of an array, each with a bit that says whether the index is its number.
@@ -51,7 +50,7 @@ impl RungExport<'_, '_> {
         if array.count > ELEMENTS_MAX || array.bit.is_some() {
             return Err(ExportRefusal::new(span, "a moving index", refusal::LONG));
         }
-        let type_name = if index.is_long { "LINT" } else { "DINT" };
+        let type_name = index.type_name();
         let index = self.stored_number(index.source, type_name);
         let elements = array.addresses().enumerate().map(|(at, address)| {
             let is_selected = self.compared("EQ", index.clone(), number(at as i64));
@@ -91,11 +90,9 @@ impl RungExport<'_, '_> {
             self.assign(&value, source, element.is_selected);
         }
         let source = CallSource::Variable(value);
-        let (low, high) = word.range();
-        let (low, high) = (low.into(), high.into());
         Ok(match word.is_real() {
             true => FormulaResult::Real(converted("REAL_TO_LREAL", source)),
-            false => FormulaResult::Whole(WholeResult { source, low, high, is_long: false }),
+            false => FormulaResult::Whole(WholeResult::of_word(word, source)),
         })
     }
 
@@ -120,10 +117,7 @@ impl RungExport<'_, '_> {
             }
             return Ok(());
         };
-        let source = match value {
-            StoredValue::Plain(source) => self.within_limits(word, source),
-            StoredValue::Formula(value) => self.content(word, value),
-        };
+        let source = self.stored_source(word, value);
         let type_name = if word.is_real() { "REAL" } else { "DINT" };
         let source = self.stored_number(source, type_name);
         for element in elements {

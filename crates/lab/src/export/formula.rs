@@ -84,9 +84,7 @@ impl RungExport<'_, '_> {
         if found.is_real {
             return Ok(FormulaResult::Real(converted("REAL_TO_LREAL", found.source)));
         }
-        let (low, high) = word.range();
-        let (low, high) = (low.into(), high.into());
-        Ok(FormulaResult::Whole(WholeResult { source: found.source, low, high, is_long: false }))
+        Ok(FormulaResult::Whole(WholeResult::of_word(word, found.source)))
     }
 
     fn binary(

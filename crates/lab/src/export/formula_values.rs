@@ -34,6 +34,17 @@ impl WholeResult {
         WholeResult { source, low: value, high: value, is_long: !is_short(value, value) }
     }
 
+    /// The content of a word that has no reals.
+    pub(super) fn of_word(word: Word, source: CallSource) -> WholeResult {
+        let (low, high) = word.range();
+        WholeResult { source, low: low.into(), high: high.into(), is_long: false }
+    }
+
+    /// Its type.
+    pub(super) fn type_name(&self) -> &'static str {
+        if self.is_long { "LINT" } else { "DINT" }
+    }
+
     /// The number, if it is a literal.
     fn literal(&self) -> Option<i64> {
         functions::literal(&self.source)
@@ -101,7 +112,7 @@ impl RungExport<'_, '_> {
                 let source = converted("BOOL_TO_DINT", CallSource::Power(power));
                 WholeResult { source, low: 0, high: 1, is_long: false }
             }
-            FormulaResult::Real(source) => WholeResult { source, low: 0, high: 0, is_long: false },
+            FormulaResult::Real(_) => unreachable!("the resolver makes no whole number of a real"),
         }
     }
 
@@ -140,7 +151,7 @@ impl RungExport<'_, '_> {
             FormulaResult::Power(power) => FormulaResult::Power(power),
             FormulaResult::Real(source) => FormulaResult::Real(self.stored_number(source, "LREAL")),
             FormulaResult::Whole(whole) => {
-                let type_name = if whole.is_long { "LINT" } else { "DINT" };
+                let type_name = whole.type_name();
                 let source = self.stored_number(whole.source, type_name);
                 FormulaResult::Whole(WholeResult { source, ..whole })
             }
@@ -181,10 +192,15 @@ impl RungExport<'_, '_> {
 
     /// Writes a value to a word, within its limits, while a power is ON.
     pub(super) fn store_value(&mut self, word: Word, value: StoredValue, power: NetworkPower) {
-        let source = match value {
+        let source = self.stored_source(word, value);
+        self.store(word, source, power);
+    }
+
+    /// A value within the limits of the word that gets it.
+    pub(super) fn stored_source(&mut self, word: Word, value: StoredValue) -> CallSource {
+        match value {
             StoredValue::Plain(source) => self.within_limits(word, source),
             StoredValue::Formula(value) => self.content(word, value),
-        };
-        self.store(word, source, power);
+        }
     }
 }

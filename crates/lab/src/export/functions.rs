@@ -35,6 +35,23 @@ pub(super) fn call_of_two(name: &str, left: CallSource, right: CallSource) -> Bl
     )
 }
 
+/// The call whose result `OUT` is a value, while the power is ON.
+pub(super) fn stored(source: CallSource, power: NetworkPower) -> BlockCall {
+    let is_always = power == NetworkPower::Constant(true);
+    match source {
+        CallSource::Call(call) if is_always => call,
+        source @ (CallSource::Call(_)
+        | CallSource::Variable(_)
+        | CallSource::Literal(_)
+        | CallSource::Power(_)) => {
+            let enable = CallInput { pin: "EN", source: CallSource::Power(power) };
+            let enable = (!is_always).then_some(enable);
+            let inputs = enable.into_iter().chain([CallInput { pin: "IN", source }]);
+            BlockCall::function("MOVE", inputs.collect())
+        }
+    }
+}
+
 /// The second value while the power is ON, else the first.
 pub(super) fn select(power: NetworkPower, off: CallSource, on: CallSource) -> CallSource {
     CallSource::Call(BlockCall::function(

@@ -21,6 +21,8 @@ pub(super) struct ExportMemory<'p> {
     pub(super) program_name: String,
     names: IecNames,
     by_address: HashMap<Address, String>,
+    /// The bits and words of the ladder with their variables, in order of first use.
+    pub(super) of_addresses: Vec<VariableOfAddress>,
     /// Variables of the export itself, by what they are for.
     own: HashMap<&'static str, String>,
     pending: HashMap<Structure, String>,
@@ -29,7 +31,7 @@ pub(super) struct ExportMemory<'p> {
     pub(super) variables: Vec<ExportedVariable>,
     /// The names in the ladder of what comes from outside.
     pub(super) outside: Vec<OutsideValue>,
-    /// The first tag with an initial value, and with a text, of each address.
+    /// The tags of each address.
     tags: HashMap<Address, Vec<&'p Tag>>,
 }
 
@@ -67,6 +69,7 @@ impl<'p> ExportMemory<'p> {
             program_name,
             names,
             by_address: HashMap::new(),
+            of_addresses: Vec::new(),
             own: HashMap::new(),
             pending: HashMap::new(),
             blocks: Vec::new(),
@@ -103,6 +106,7 @@ impl<'p> ExportMemory<'p> {
         let original = self.program.names.name(address);
         let name = self.names.take(&original);
         self.by_address.insert(address, name.clone());
+        self.of_addresses.push(VariableOfAddress { address, variable: name.clone() });
         if is_from_outside(address) {
             let source = original.clone();
             self.outside.push(OutsideValue { variable: name.clone(), source });
@@ -119,18 +123,6 @@ impl<'p> ExportMemory<'p> {
         name
     }
 
-    /// The bits and words of the ladder with their variables, in order of first use.
-    pub(super) fn of_addresses(&self) -> Vec<VariableOfAddress> {
-        let place =
-            |name: &String| self.variables.iter().position(|variable| variable.name == *name);
-        let all = self.by_address.iter();
-        let mut all: Vec<VariableOfAddress> = all
-            .map(|(address, name)| VariableOfAddress { address: *address, variable: name.clone() })
-            .collect();
-        all.sort_by_key(|one| place(&one.variable));
-        all
-    }
-
     /// A variable of the export itself, near a name.
     pub(super) fn fresh(&mut self, wish: &str, type_name: &str) -> String {
         let name = self.names.take(wish);
@@ -145,7 +137,7 @@ impl<'p> ExportMemory<'p> {
         name
     }
 
-    /// The one variable of the export for a purpose, and whether it was declared before.
+    /// The one variable of the export for a purpose.
     pub(super) fn shared(&mut self, wish: &'static str, type_name: &str) -> String {
         if let Some(name) = self.own.get(wish) {
             return name.clone();
@@ -160,7 +152,7 @@ impl<'p> ExportMemory<'p> {
         self.own.contains_key(wish)
     }
 
-    /// Gives the last declared variable a first value.
+    /// Gives a variable a first value.
     pub(super) fn begin_with(&mut self, name: &str, initial: &str) {
         let found = self.variables.iter_mut().find(|variable| variable.name == name);
         if let Some(variable) = found {

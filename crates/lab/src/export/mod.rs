@@ -93,8 +93,8 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
     });
     let project = ExportedProject { name: program.name.clone(), units };
     let text = xml::file(&project, period_ms);
-    let variables = memory.of_addresses();
-    Ok(ExportedLadder { text, rungs, outside: memory.outside, variables })
+    let ExportMemory { outside, of_addresses: variables, .. } = memory;
+    Ok(ExportedLadder { text, rungs, outside, variables })
 }
 
 /// The blocks that execute in every scan, in the order in which they do; others are refused.
@@ -162,7 +162,8 @@ fn contacts(rung: &Rung) -> impl Iterator<Item = &Contact> {
     legs.chain(rung.branches.iter().flat_map(|branch| &branch.contacts))
 }
 
-/// The instructions that do nothing while their rung is OFF, and whose results a pass keeps.
+/// Instructions that do nothing while their rung is OFF, and whose results a pass keeps. Not all of
+/// them: a first scan with another one, as RSTT, is refused.
 const KEPT: [Mnemonic; 8] = [
     Mnemonic::Set,
     Mnemonic::Rst,

@@ -1,7 +1,7 @@
 //! Names of IEC 61131-3 for the names of a ladder: legal, unique in any case, and as near to the
 //! original as they can be.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 /// Longest name that is given.
 const LENGTH_MAX: usize = 100;
@@ -24,16 +24,21 @@ const WORDS: &str = " \
 pub(super) struct IecNames {
     /// In small letters.
     taken: HashSet<String>,
+    /// The next number to try behind a name, so that many equal wishes do not take long.
+    next: HashMap<String, usize>,
 }
 
 impl IecNames {
     /// Takes a name near a wish.
     pub(super) fn take(&mut self, wish: &str) -> String {
         let base = legal(wish);
-        let numbered = (2..).map(|number| format!("{base}_{number}"));
-        let mut names = std::iter::once(base.clone()).chain(numbered);
-        let free = names.find(|name| self.taken.insert(name.to_lowercase()));
-        free.expect("a number is free")
+        let mut name = base.clone();
+        let number = self.next.entry(base.to_lowercase()).or_insert(2);
+        while !self.taken.insert(name.to_lowercase()) {
+            name = format!("{base}_{number}");
+            *number += 1;
+        }
+        name
     }
 }
 

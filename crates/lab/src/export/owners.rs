@@ -127,7 +127,7 @@ impl RungExport<'_, '_> {
         let OwnedStructure { block, structure, has: [has_up, has_dn] } = *owned;
         let acc = self.memory.variable(Address::Word(Word::Acc(structure)));
         let is_reset = self.facts.reset.contains(&structure);
-        let pending = is_reset.then(|| self.pending(structure));
+        let pending = is_reset.then(|| self.memory.pending(structure));
         let pending_power = pending.as_ref().map(|bit| CallSource::Power(on(bit)));
         let never = || CallSource::Power(NetworkPower::Constant(false));
         inputs.push(CallInput { pin: "Pending", source: pending_power.unwrap_or_else(never) });
@@ -142,7 +142,7 @@ impl RungExport<'_, '_> {
             }
         }
         results.extend(outputs);
-        let name = self.program.names.name(Address::Structure(structure));
+        let name = self.facts.program.names.name(Address::Structure(structure));
         let instance = self.memory.instance(&name, block);
         let call =
             BlockCall { type_name: block.name().to_owned(), instance: Some(instance), inputs };
@@ -150,11 +150,6 @@ impl RungExport<'_, '_> {
         if let Some(pending) = pending {
             self.coil(CoilAction::Reset, NetworkPower::Constant(true), &pending);
         }
-    }
-
-    /// The bit of a reset that waits for the structure's block.
-    fn pending(&mut self, structure: Structure) -> String {
-        self.memory.pending(structure)
     }
 
     /// RSTT and RSTCT.
@@ -176,16 +171,10 @@ impl RungExport<'_, '_> {
             }
             let state = self.reset_state(owner, flag, value.clone())?;
             let variable = self.memory.variable(Address::Bit(bit));
-            let on = NetworkPower::all([power.clone(), state.clone()]);
-            let off = NetworkPower::all([power.clone(), state.opposite()]);
-            for (action, power) in [(CoilAction::Set, on), (CoilAction::Reset, off)] {
-                if power != NetworkPower::Constant(false) {
-                    self.coil(action, power, &variable);
-                }
-            }
+            self.store_bit(&variable, state, power.clone());
         }
         self.store(Word::Acc(structure), value, power.clone());
-        let pending = self.pending(structure);
+        let pending = self.memory.pending(structure);
         self.coil(CoilAction::Set, power, &pending);
         Ok(())
     }

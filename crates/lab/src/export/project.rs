@@ -267,8 +267,3 @@ pub(super) fn on(variable: &str) -> NetworkPower {
 pub(super) fn off(variable: &str) -> NetworkPower {
     NetworkPower::Contact { variable: variable.to_owned(), is_negated: true }
 }
-
-/// A wire.
-pub(super) fn always() -> NetworkPower {
-    NetworkPower::Constant(true)
-}

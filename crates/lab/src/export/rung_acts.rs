@@ -9,7 +9,7 @@ use super::functions::{self, limited, number};
 use super::literals::CallLiteral;
 use super::memory::ExportMemory;
 use super::project::{
-    BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkCoil, NetworkPower, off, on,
+    BlockCall, CallResult, CallSource, CoilAction, NetworkCoil, NetworkPower, off, on,
 };
 use super::refusal::{self, ExportRefusal};
 use super::status_bits;
@@ -63,7 +63,6 @@ pub(super) struct ProgramFacts<'p> {
 
 /// A rung that is being exported.
 pub(super) struct RungExport<'e, 'p> {
-    pub(super) program: &'p Program,
     pub(super) facts: &'e ProgramFacts<'p>,
     pub(super) memory: &'e mut ExportMemory<'p>,
     /// The beginning of the names of its variables.
@@ -103,14 +102,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
         memory: &'e mut ExportMemory<'p>,
         label: String,
     ) -> RungExport<'e, 'p> {
-        RungExport {
-            program: facts.program,
-            facts,
-            memory,
-            label,
-            acts: Vec::new(),
-            is_first_scan: false,
-        }
+        RungExport { facts, memory, label, acts: Vec::new(), is_first_scan: false }
     }
 
     /// The acts that turn a bit ON at an edge of a power, for one execution.
@@ -138,7 +130,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
     pub(super) fn bit(&mut self, bit: Bit, span: Span) -> Result<NetworkPower, ExportRefusal> {
         use status::st;
         let refused = |remedy| {
-            let what = format!("`{}`", self.program.names.name(Address::Bit(bit)));
+            let what = format!("`{}`", self.facts.program.names.name(Address::Bit(bit)));
             Err(ExportRefusal::new(span, what, remedy))
         };
         match bit {
@@ -164,7 +156,7 @@ impl<'e, 'p> RungExport<'e, 'p> {
         if let Word::Space(WordSpace::Dst, number) = word
             && !status::dst::is_of_clock(number)
         {
-            let what = format!("`{}`", self.program.names.name(Address::Word(word)));
+            let what = format!("`{}`", self.facts.program.names.name(Address::Word(word)));
             return Err(ExportRefusal::new(span, what, refusal::STATUS));
         }
         let source = CallSource::Variable(self.memory.variable(Address::Word(word)));
@@ -240,22 +232,8 @@ impl<'e, 'p> RungExport<'e, 'p> {
 
     /// Writes a value to a variable while a power is ON.
     pub(super) fn assign(&mut self, variable: &str, source: CallSource, power: NetworkPower) {
-        let is_always = power == NetworkPower::Constant(true);
-        let call = match source {
-            CallSource::Call(call) if is_always => call,
-            source @ (CallSource::Call(_)
-            | CallSource::Variable(_)
-            | CallSource::Literal(_)
-            | CallSource::Power(_)) => {
-                let mut inputs = vec![CallInput { pin: "IN", source }];
-                if !is_always {
-                    inputs.insert(0, CallInput { pin: "EN", source: CallSource::Power(power) });
-                }
-                BlockCall::function("MOVE", inputs)
-            }
-        };
-        let variable = variable.to_owned();
-        self.call(call, vec![CallResult { pin: "OUT", variable, is_coil: false }]);
+        let result = CallResult { pin: "OUT", variable: variable.to_owned(), is_coil: false };
+        self.call(functions::stored(source, power), vec![result]);
     }
 }
 

@@ -54,26 +54,36 @@ impl RungExport<'_, '_> {
         if self.is_first_scan {
             power = NetworkPower::all([on(&self.memory.shared("FirstScan", "BOOL")), power]);
         }
-        let before = std::mem::take(&mut self.acts);
-        self.instructions(&rung.body)?;
-        for branch in &rung.branches {
-            let power = self.series(&branch.contacts)?;
-            let ahead = std::mem::take(&mut self.acts);
-            self.instructions(&branch.body)?;
-            let behind = std::mem::take(&mut self.acts);
-            let rung = NetworkPower::OfRung { is_negated: false };
-            let power = NetworkPower::all([rung, power]);
-            self.acts = ahead;
-            let kept = self.kept(power, &behind);
-            self.acts.extend(behind.into_iter().map(|act| act.with_rung(&kept)));
-        }
-        let acts = std::mem::take(&mut self.acts);
-        self.acts = before;
+        let acts = self.acts_of(|export| export.body(rung))?;
         let power = self.kept(power, &acts);
         let before = std::mem::take(&mut self.acts);
         let mut networks = self.grouped(&NetworkPower::Constant(true), before);
         networks.extend(self.grouped(&power, acts));
         Ok(networks)
+    }
+
+    /// The acts that a part of the rung adds; they are not among the rung's own.
+    fn acts_of(
+        &mut self,
+        add: impl FnOnce(&mut Self) -> Result<(), ExportRefusal>,
+    ) -> Result<Vec<RungAct>, ExportRefusal> {
+        let own = std::mem::take(&mut self.acts);
+        let added = add(self);
+        let acts = std::mem::replace(&mut self.acts, own);
+        added.map(|()| acts)
+    }
+
+    /// The instructions of a rung, and its branches.
+    fn body(&mut self, rung: &Rung) -> Result<(), ExportRefusal> {
+        self.instructions(&rung.body)?;
+        for branch in &rung.branches {
+            let power = self.series(&branch.contacts)?;
+            let acts = self.acts_of(|export| export.instructions(&branch.body))?;
+            let rung = NetworkPower::OfRung { is_negated: false };
+            let kept = self.kept(NetworkPower::all([rung, power]), &acts);
+            self.acts.extend(acts.into_iter().map(|act| act.with_rung(&kept)));
+        }
+        Ok(())
     }
 
     fn instructions(&mut self, body: &[Instruction]) -> Result<(), ExportRefusal> {

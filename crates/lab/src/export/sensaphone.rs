@@ -3,7 +3,7 @@
 
 use super::functions::{limited, number};
 use super::library::LibraryBlock;
-use super::project::{BlockCall, CallInput, CallResult, CallSource, CoilAction, on};
+use super::project::{BlockCall, CallInput, CallResult, CallSource, CoilAction, NetworkPower, on};
 use super::refusal::ExportRefusal;
 use super::rung_acts::{InstructionLegs, RungExport};
 use rungd_engine::isa::{Address, Bit, Flag, LegName, Mnemonic, Structure, Word};
@@ -35,7 +35,7 @@ impl RungExport<'_, '_> {
                     let source = self.number(value, instruction.span)?.source;
                     let [low, high] = LIMITS.map(number);
                     let source = limited(low, source, high);
-                    self.store(Word::Pre(counter.number()), source, super::project::always());
+                    self.store(Word::Pre(counter.number()), source, NetworkPower::Constant(true));
                 }
             }
         }
@@ -58,7 +58,7 @@ impl RungExport<'_, '_> {
             coil("NewOv", over),
             coil("NewUn", under),
         ];
-        let name = self.program.names.name(Address::Structure(counter));
+        let name = self.facts.program.names.name(Address::Structure(counter));
         let instance =
             self.memory.instance(&format!("{name}_{}", if is_up { "up" } else { "down" }), block);
         let type_name = block.name().to_owned();
