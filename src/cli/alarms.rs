@@ -3,15 +3,17 @@
 //! The controller returns the list. The explanations are shortened answers of `rungd why`; this
 //! command makes them from the recording of the last minute.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::Result;
 use clap::Args;
 
+use super::alarm_history::{self, HistoryRequest};
 use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::terminal::{one_line, say_line};
-use super::when::LocalClock;
+use super::when::{LocalClock, WrittenTime};
 use rungd_base::duration_text::duration_text;
 use rungd_client::operator::protocol::{
     AlarmList, AlarmShelf, AlarmState, AlarmStatus, AlarmTime, RecordingBytes, Request, alarm_count,
@@ -30,12 +32,31 @@ const LINES_MAX: usize = 4;
 /// Lists the alarms of a running controller, each with an explanation
 ///
 /// First the active alarms, in the order in which they rose; then the alarms that returned before
-/// anybody acknowledged them. `rungd ack` acknowledges alarms.
+/// anybody acknowledged them; then those that are shelved. `rungd ack` acknowledges alarms. With
+/// `--since` it is the history of alarms in the scan log: the most frequent, the longest, those
+/// that chatter.
 #[derive(Args, Debug)]
 pub struct AlarmsArgs {
     /// Only the alarms of this group
     #[arg(long, value_name = "GROUP")]
     group: Option<String>,
+    /// The history from this time on: `-24h` (before the end of the recording), `10:02`,
+    /// `yesterday 23:50`
+    #[arg(long, value_name = "TIME", allow_hyphen_values = true, value_parser = WrittenTime::parse)]
+    since: Option<WrittenTime>,
+    /// The end of the history (default: the end of the recording)
+    #[arg(
+        long, value_name = "TIME", requires = "since", allow_hyphen_values = true,
+        value_parser = WrittenTime::parse
+    )]
+    until: Option<WrittenTime>,
+    /// A recording: a file, or a folder as `[record] dir` names it (default: the scan log of the
+    /// running controller)
+    #[arg(long, value_name = "RECORDING", requires = "since")]
+    recording: Option<PathBuf>,
+    /// Each time of each alarm as a line of CSV
+    #[arg(long, requires = "since", conflicts_with = "json")]
+    csv: bool,
     #[command(flatten)]
     at: OperatorArgs,
 }
@@ -45,6 +66,12 @@ pub struct AlarmsArgs {
 /// # Errors
 /// Standard output cannot be written.
 pub fn alarms(args: &AlarmsArgs) -> Result<Exit> {
+    if let Some(since) = &args.since {
+        let (until, recording) = (args.until.as_ref(), args.recording.as_ref());
+        let (group, csv) = (args.group.as_deref(), args.csv);
+        let request = HistoryRequest { since, until, recording, group, csv };
+        return alarm_history::history(request, &args.at);
+    }
     let mut list: AlarmList = match args.at.ask(&Request::Alarms {}) {
         Ok(list) => list,
         Err(exit) => return Ok(exit),

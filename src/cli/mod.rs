@@ -4,6 +4,8 @@
 //! standard error, results to standard output.
 
 mod ack;
+mod alarm_history;
+mod alarm_spans;
 mod alarms;
 #[cfg(feature = "prove")]
 mod asked_ladders;

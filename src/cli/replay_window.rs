@@ -56,7 +56,7 @@ impl ReplayWindow {
             (None | Some(_), None | Some(_)) => false,
         };
         if is_backwards || last < first {
-            return Err("`--to` lies before `--from`".to_owned());
+            return Err("the end of this part lies before its beginning".to_owned());
         }
         Ok(ReplayWindow { sections: first..last + 1, from, to })
     }

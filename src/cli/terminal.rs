@@ -66,6 +66,11 @@ pub(crate) fn one_line(text: &str) -> Cow<'_, str> {
     escaped(text)
 }
 
+/// A text as a field of CSV (RFC 4180), in one line.
+pub(crate) fn csv_field(text: &str) -> String {
+    format!("\"{}\"", one_line(text).replace('"', "\"\""))
+}
+
 /// A line of JSON for a terminal, with the same meaning. Control characters occur only in its
 /// strings, and `serde_json` already escapes those up to U+001F.
 pub(crate) fn plain_json(json: &str) -> Cow<'_, str> {
@@ -132,6 +137,11 @@ pub(crate) fn say_drawn(text: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_field_of_csv_is_quoted_and_has_one_line() {
+        assert_eq!(csv_field("say \"no\", twice\n"), "\"say \"\"no\"\", twice\\n\"");
+    }
 
     #[test]
     fn a_line_break_in_an_argument_is_escaped_in_a_message() {

@@ -158,6 +158,13 @@ impl LocalClock {
     }
 }
 
+/// A time in UTC with milliseconds, in ISO 8601: `2026-11-22T10:02:03.500Z`.
+pub(super) fn universal(unix_ns: i64) -> String {
+    let ms = unix_ns.max(0).unsigned_abs() / 1_000_000;
+    let utc = Utc::of(ms / 1000);
+    format!("{utc}T{}.{:03}Z", utc.time(), ms % 1000)
+}
+
 fn parse(text: &str) -> Option<WrittenTime> {
     if let Some(number) = text.strip_prefix("scan") {
         return digits(number.trim()).map(WrittenTime::Scan);
@@ -237,6 +244,11 @@ mod tests {
         let clock = berlin("2026-11-22T15:00:00Z");
         let span = found(from, &clock, 0..=0)..=found(to, &clock, 0..=0);
         clock.text(found(text, &clock, span))
+    }
+
+    #[test]
+    fn a_universal_time_has_milliseconds() {
+        assert_eq!(universal(1_764_461_523_042_000_000), "2025-11-30T00:12:03.042Z");
     }
 
     const NIGHT: [&str; 2] = ["2026-11-20T20:00:00Z", "2026-11-22T10:30:00Z"];

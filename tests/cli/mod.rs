@@ -1,6 +1,7 @@
 //! The commands that need no controller, and the pages that show them.
 
 mod addresses;
+mod alarm_history;
 mod check_fix;
 mod commands;
 mod differential;

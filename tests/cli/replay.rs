@@ -48,6 +48,8 @@ pub struct Line {
     scope: Scope,
     now_ns: u64,
     number: u64,
+    /// The time between two scans.
+    pub period_ns: u64,
 }
 
 /// A program as it is recorded, with its engine.
@@ -75,8 +77,17 @@ impl Line {
         let (taped, reader) = tape(Engine::new(engine));
         let (recorder, blocks) = (Recorder::new(recorded), Vec::new());
         let scope = Scope::of(&program);
-        let (now_ns, number) = (0, 1);
-        let mut line = Line { taped, reader, recorder, blocks, symbols, scope, now_ns, number };
+        let mut line = Line {
+            taped,
+            reader,
+            recorder,
+            blocks,
+            symbols,
+            scope,
+            now_ns: 0,
+            number: 1,
+            period_ns: PERIOD_NS,
+        };
         line.taped.start(line.now_ns);
         line.taped.enters(Mode::Run);
         line.taped.settle();
@@ -121,7 +132,7 @@ impl Line {
         }
         let last = self.taped.execute();
         self.taped.settle();
-        self.now_ns += PERIOD_NS;
+        self.now_ns += self.period_ns;
         self.number += 1;
         self.read();
         last
@@ -299,7 +310,7 @@ fn a_span_between_two_times_can_be_traced() {
     let span = "it is of 2026-11-22 10:00:00.000 to 2026-11-22 10:00:19.990";
     assert!(said.contains(span), "{said}");
     let said = place.replay(1, &["plant.rungd-log", "--from", "scan 9", "--to", "scan 8"]);
-    assert!(said.contains("`--to` lies before `--from`"), "{said}");
+    assert!(said.contains("the end of this part lies before its beginning"), "{said}");
     let said = place.replay(2, &["plant.rungd-log", "--from", "soon"]);
     assert!(said.contains("`soon` is not a time: write it as 10:02"), "{said}");
 }

@@ -1,16 +1,15 @@
 //! The alarms that came and went in a replay.
 //!
-//! A recording may contain several programs; an alarm is the same if its tag is. `rungd replay`
-//! prints the list.
+//! `rungd replay` prints the list.
 
 use std::collections::HashMap;
 
+use super::alarm_follower::AlarmFollower;
 use super::programs::PlacedProgram;
 use super::replay::PlayedScan;
 use rungd_engine::Image;
 use rungd_language::lower::Alarm;
-use rungd_language::resolve::alarm_terms::AlarmTerms;
-use rungd_runtime::{AlarmChange, AlarmDelay, AlarmDelays, ScanTime};
+use rungd_runtime::AlarmChange;
 
 /// The maximum number of alarm stretches that are listed.
 const ALARMS_MAX: usize = 30;
@@ -35,13 +34,9 @@ pub struct AlarmStretch {
 /// The alarms that came and went.
 #[derive(Debug, Default)]
 pub struct AlarmLog {
-    place: Option<usize>,
+    follower: AlarmFollower,
     /// The first scan of the replay.
     first: Option<u64>,
-    /// The tags of the present program's alarms, in its order, and the states of their bits.
-    bits: Vec<(String, bool)>,
-    /// The alarms, which follow their bits after their delays.
-    delays: AlarmDelays,
     /// The stretches of the alarms that are ON, by tag.
     open: HashMap<String, usize>,
     /// The stretches that are listed.
@@ -53,43 +48,10 @@ pub struct AlarmLog {
 impl AlarmLog {
     /// Adds the changes of alarms at the end of a scan.
     pub fn look(&mut self, program: PlacedProgram<'_>, scan: &PlayedScan, image: &Image) {
-        let PlacedProgram { place, program } = program;
-        let alarms = &program.symbols.alarms;
         self.first.get_or_insert(scan.number);
-        if self.place != Some(place) {
-            self.place = Some(place);
-            self.begin(alarms);
-        }
-        let at_ns = scan.unix_ns.max(0).unsigned_abs();
-        let mut changes = self.delays.due(at_ns);
-        for (number, alarm) in alarms.iter().enumerate() {
-            let on = image.value(alarm.bit) != 0;
-            if on != self.bits[number].1 {
-                self.bits[number].1 = on;
-                let time = ScanTime { scan: scan.number, at_ns };
-                changes.extend(self.delays.bit(number, on, time));
-            }
-        }
+        let changes = self.follower.look(program, scan, image);
+        let alarms = &program.program.symbols.alarms;
         changes.iter().for_each(|change| self.changed(&alarms[change.number], change));
-    }
-
-    /// Goes on with the alarms of a program. An alarm is the same if its tag is.
-    fn begin(&mut self, alarms: &[Alarm]) {
-        let before: HashMap<&str, (usize, bool)> = (0..)
-            .zip(&self.bits)
-            .map(|(number, (tag, on))| (tag.as_str(), (number, *on)))
-            .collect();
-        let known = |alarm: &Alarm| before.get(alarm.tag.as_str()).copied();
-        let next = alarms.iter().map(|alarm| {
-            let AlarmTerms { delay_ms, off_delay_ms, .. } = alarm.terms;
-            let number = known(alarm).map(|(number, _)| number);
-            (AlarmDelay::of_ms(delay_ms, off_delay_ms), number)
-        });
-        let delays = self.delays.carried(next);
-        let bits =
-            alarms.iter().map(|alarm| (alarm.tag.clone(), known(alarm).is_some_and(|(_, on)| on)));
-        let bits = bits.collect();
-        (self.delays, self.bits) = (delays, bits);
     }
 
     fn changed(&mut self, alarm: &Alarm, change: &AlarmChange) {

@@ -4,6 +4,8 @@
 //! `record` reads sections and knows no ladders; `load` makes programs and knows no recordings.
 //! This module joins the two, and hands the past to `observe`. Used by `cli`, `editor` and `live`.
 
+mod alarm_follower;
+mod alarm_history;
 mod alarm_log;
 mod compared;
 mod moment;
@@ -12,6 +14,7 @@ mod recorded;
 mod replay;
 mod twin_run;
 
+pub use alarm_history::{AlarmFigures, AlarmHistory, AlarmSpan, SpanBegin, SpanEnd};
 pub use alarm_log::{AlarmLog, AlarmStretch};
 pub use compared::{ComparedAs, ComparedOperand, FirstDifference, ProgramComparison};
 pub use moment::{MomentScan, RecordedMoment, moment};

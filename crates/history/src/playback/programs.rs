@@ -117,6 +117,18 @@ impl RecordedPrograms {
         self.all.iter().find_map(|program| program.as_ref().ok())
     }
 
+    /// A program of the recording, by its files.
+    ///
+    /// # Errors
+    /// The reason why it cannot be loaded.
+    pub(super) fn playable(&self, program: &RecordedProgram) -> Result<&PlayableProgram, String> {
+        match self.find(program).map(|at| &self.all[at]) {
+            Some(Ok(program)) => Ok(program),
+            Some(Err(why)) => Err(why.clone()),
+            None => Err("it is outside of the requested part".to_owned()),
+        }
+    }
+
     /// The index of a program. Only the files are compared.
     fn find(&self, program: &RecordedProgram) -> Option<usize> {
         self.programs.iter().rposition(|known| known.files == program.files)
@@ -125,10 +137,6 @@ impl RecordedPrograms {
 
 impl MakeEngine for &RecordedPrograms {
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
-        match self.find(program).map(|at| &self.all[at]) {
-            Some(Ok(program)) => Ok(program.engine()),
-            Some(Err(why)) => Err(why.clone()),
-            None => Err("it is outside of the requested part".to_owned()),
-        }
+        Ok(self.playable(program)?.engine())
     }
 }
