@@ -26,7 +26,7 @@ pub struct InitArgs {
 }
 
 /// The project's files: paths and contents.
-const FILES: [(&str, &str); 4] = [
+static FILES: [(&str, &str); 4] = [
     ("controller.toml", include_str!("../../config/first/controller.toml")),
     ("programs/main.toml", include_str!("../../config/first/programs/main.toml")),
     ("tests/main.test.toml", include_str!("../../config/first/tests/main.test.toml")),

@@ -169,6 +169,27 @@ fn only_programs_print() {
     assert!(wrong.is_empty(), "these belong to programs:\n{}", wrong.join("\n"));
 }
 
+/// A constant is copied into every unit of code that uses it, with its texts.
+#[test]
+fn included_texts_are_in_statics() {
+    let mut wrong = Vec::new();
+    for source in sources() {
+        let mut item = "";
+        for line in source.text.lines() {
+            let words =
+                line.trim_start().trim_start_matches("pub ").trim_start_matches("pub(super) ");
+            if ["const ", "static ", "fn ", "let "].iter().any(|word| words.starts_with(word)) {
+                item = words;
+            }
+            let includes = line.contains("include_str!(") || line.contains("include_bytes!(");
+            if includes && item.starts_with("const ") && !item.starts_with("const fn") {
+                wrong.push(format!("{}: {item}", source.path.display()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "make a `static` of each:\n{}", wrong.join("\n"));
+}
+
 /// Everything is logged by `say!`, which takes a constant of the catalogue.
 #[test]
 fn only_events_of_the_catalogue_are_logged() {

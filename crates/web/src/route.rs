@@ -30,7 +30,7 @@ const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
 
 /// The files of the page: path, type, content.
-const PAGES: [(&str, &str, &str); 7] = [
+static PAGES: [(&str, &str, &str); 7] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/app.js", "text/javascript; charset=utf-8", include_str!("page/app.js")),
     ("/panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
@@ -41,7 +41,7 @@ const PAGES: [(&str, &str, &str); 7] = [
 ];
 
 /// The answer to a link that is not valid.
-const USED_LINK: &str = include_str!("page/link.html");
+static USED_LINK: &str = include_str!("page/link.html");
 
 /// Answers a request.
 pub(super) async fn answer(

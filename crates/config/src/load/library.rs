@@ -22,7 +22,7 @@ pub struct LibraryFile {
 macro_rules! files {
     ($($name:literal)*) => {
         /// The files by name.
-        pub const FILES: &[LibraryFile] = &[$(LibraryFile {
+        pub static FILES: &[LibraryFile] = &[$(LibraryFile {
             name: $name,
             text: include_str!(concat!("../../../../config/lib/", $name, ".toml")),
             page: include_str!(concat!("../../../../docs/lib/", $name, ".md")),

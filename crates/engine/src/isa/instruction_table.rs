@@ -107,7 +107,7 @@ macro_rules! instructions {
         pub enum Mnemonic { $($mnemonic),* }
 
         /// The table, in the order of the language reference.
-        pub const TABLE: &[Spec] = &[$(Spec {
+        pub static TABLE: &[Spec] = &[$(Spec {
             mnemonic: Mnemonic::$mnemonic,
             name: $name,
             page: include_str!(concat!("../../../../docs/instructions/", $page, ".md")),

@@ -21,7 +21,7 @@ const HABITS: [&str; 5] =
     ["out-elsewhere", "set-never-reset", "reset-never-set", "never-written", "unused-tag"];
 
 /// Timers and counters of Logix, as templates.
-const LOGIX: ProjectPart = ProjectPart { name: "logix", text: include_str!("logix.toml") };
+static LOGIX: ProjectPart = ProjectPart { name: "logix", text: include_str!("logix.toml") };
 
 /// The project of a file.
 pub(super) fn project(file: &L5xFile) -> ForeignProject {

@@ -202,7 +202,7 @@ macro_rules! findings {
         pub enum Code { $($code),* }
 
         /// The table of findings: errors first, then warnings.
-        pub const TABLE: &[FindingRow] = &[$(FindingRow {
+        pub static TABLE: &[FindingRow] = &[$(FindingRow {
             code: Code::$code,
             name: $name,
             severity: Severity::$severity,
