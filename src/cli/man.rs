@@ -22,9 +22,10 @@ pub struct ManArgs {
 
 const MANUAL: &str = "rungd manual";
 
-const ENVIRONMENT: [(&str, &str); 3] = [
+const ENVIRONMENT: [(&str, &str); 4] = [
     ("RUNGD_SOCKET", "The running controller's socket, if no --socket is given."),
     ("RUNGD_LOG", "The level of the log, if no --log-level is given."),
+    ("RUNGD_LOG_CHAIN", "The file with the newest link of the audit trail, whose lines it chains."),
     ("NO_COLOR", "Findings are printed without colours if this is set to anything."),
 ];
 

@@ -9,6 +9,9 @@ mod alarm_spans;
 mod alarms;
 #[cfg(feature = "prove")]
 mod asked_ladders;
+mod audit;
+mod audit_source;
+mod audit_verify;
 mod check;
 mod compared;
 mod completions;
@@ -140,6 +143,7 @@ enum Command {
     Unforce(force::UnforceArgs),
     Watch(watch::WatchArgs),
     Alarms(alarms::AlarmsArgs),
+    Audit(audit::AuditArgs),
     Ack(ack::AckArgs),
     Shelve(shelve::ShelveArgs),
     Unshelve(shelve::UnshelveArgs),
@@ -232,6 +236,7 @@ fn dispatch(command: &Command) -> Result<Exit> {
         Command::Unforce(args) => force::unforce(args),
         Command::Watch(args) => watch::watch(args),
         Command::Alarms(args) => alarms::alarms(args),
+        Command::Audit(args) => audit::audit(args),
         Command::Ack(args) => ack::ack(args),
         Command::Shelve(args) => shelve::shelve(args),
         Command::Unshelve(args) => shelve::unshelve(args),

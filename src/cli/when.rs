@@ -97,6 +97,11 @@ impl LocalClock {
         LocalClock { zone: zone.unwrap_or_else(|_| TimeZone::utc()), now_ns }
     }
 
+    /// The present time, ns since 1970 (UTC).
+    pub fn now_ns(&self) -> i64 {
+        self.now_ns
+    }
+
     /// A clock in a zone, stopped at a time in ns since 1970 (UTC).
     #[cfg(test)]
     pub fn at(zone: TimeZone, now_ns: i64) -> LocalClock {

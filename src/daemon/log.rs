@@ -18,8 +18,10 @@ use tracing::level_filters::LevelFilter;
 use tracing_subscriber::layer::{Context, SubscriberExt};
 use tracing_subscriber::{Layer, Registry, reload};
 
+use super::chain_start::chain_of;
 use super::journal::{self, Socket};
 use super::local_time;
+use super::log_chain::ChainedForm;
 use super::log_form::{LogLine, event_of, stamp};
 pub use super::log_queue::lines_dropped;
 use super::log_queue::{FormedLine, LogQueue};
@@ -27,7 +29,7 @@ use super::log_rules::LogRules;
 use super::log_screen::LogScreen;
 use rungd_base::locked::locked;
 use rungd_config::controller::log::LogSettings;
-use rungd_runtime::events::Level;
+use rungd_runtime::events::{Level, is_audited};
 use rungd_runtime::say;
 use rungd_runtime::wall::UtcOffset;
 
@@ -141,16 +143,21 @@ pub fn init(
         LogFormat::Json => LineForm::Json,
         LogFormat::Journal => LineForm::Journal { entries: socket.is_some() },
     };
-    let queue = LogQueue::new(io::stderr(), socket)?;
+    let (chain, chain_news) = chain_of(form.chained());
+    let is_chained = chain.is_some();
+    let queue = LogQueue::new(io::stderr(), socket, chain)?;
     let (ruled, filter) = RuledLog::new(level);
     if is_screen {
         // Until the controller is loaded; then `set_zone` gives the offset that is kept up to date.
         ruled.change(|rules| rules.zone = Some(local_time::at_start()));
     }
     let _ = RULED.set(ruled.clone());
-    let voice = LineLayer::new(form, ruled, queue.clone());
+    let voice = LineLayer { is_chained, ..LineLayer::new(form, ruled, queue.clone()) };
     // This fails only at a second call in one process, and then a log exists already.
     let _ = tracing::subscriber::set_global_default(subscriber(voice, filter));
+    if let Some(news) = chain_news {
+        news.tell();
+    }
     Ok(Log(queue))
 }
 
@@ -213,6 +220,18 @@ enum LineForm {
     },
 }
 
+impl LineForm {
+    /// How a line has its link; lines for a terminal have none.
+    fn chained(&self) -> Option<ChainedForm> {
+        match self {
+            LineForm::Screen(_) | LineForm::Text { color: true } => None,
+            LineForm::Text { color: false } => Some(ChainedForm::Text),
+            LineForm::Json => Some(ChainedForm::Json),
+            LineForm::Journal { .. } => Some(ChainedForm::Journal),
+        }
+    }
+}
+
 fn subscriber(voice: LineLayer, filter: FilteredRegistry) -> impl Subscriber + Send + Sync {
     tracing_subscriber::registry().with(filter).with(voice)
 }
@@ -225,11 +244,13 @@ struct LineLayer {
     /// Held from the reading of the clock until the line is in the queue: lines of several threads
     /// are in the order of their times.
     turn: Mutex<()>,
+    /// Whether the audit trail is chained.
+    is_chained: bool,
 }
 
 impl LineLayer {
     fn new(form: LineForm, ruled: RuledLog, queue: LogQueue) -> LineLayer {
-        LineLayer { form, ruled, queue, turn: Mutex::default() }
+        LineLayer { form, ruled, queue, turn: Mutex::default(), is_chained: false }
     }
 }
 
@@ -249,7 +270,12 @@ impl<S: Subscriber> Layer<S> for LineLayer {
         {
             return;
         }
-        let line = LogLine::of(event, row, say::level(level));
+        let is_link = self.is_chained && row.is_some_and(is_audited);
+        let chained = self.form.chained().filter(|_| is_link);
+        let mut line = LogLine::of(event, row, say::level(level));
+        if chained == Some(ChainedForm::Journal) {
+            line.add_time(now);
+        }
         let detail = level > Level::Info;
         let (line, entry) = match &self.form {
             LineForm::Screen(screen) => (screen.line(&line, now, offset_s), Vec::new()),
@@ -258,7 +284,7 @@ impl<S: Subscriber> Layer<S> for LineLayer {
             LineForm::Journal { entries: false } => (line.with_priority(), Vec::new()),
             LineForm::Journal { entries: true } => (line.with_priority(), line.entry()),
         };
-        self.queue.push(FormedLine { line, entry, detail });
+        self.queue.push(FormedLine { line, entry, detail, chained });
     }
 }
 
@@ -293,7 +319,7 @@ mod tests {
     /// The log's text after a change of the rules.
     fn logged_by(form: LineForm, level: Level, change: impl FnOnce(&mut LogRules)) -> String {
         let sink = Sink::default();
-        let queue = LogQueue::new(sink.clone(), None).unwrap();
+        let queue = LogQueue::new(sink.clone(), None, None).unwrap();
         let (ruled, filter) = RuledLog::new(level);
         let voice = LineLayer::new(form, ruled.clone(), queue.clone());
         tracing::subscriber::with_default(subscriber(voice, filter), || {
@@ -342,7 +368,7 @@ mod tests {
     #[test]
     fn lines_of_several_threads_are_ordered_by_time() {
         let sink = Sink::default();
-        let queue = LogQueue::new(sink.clone(), None).unwrap();
+        let queue = LogQueue::new(sink.clone(), None, None).unwrap();
         let (ruled, filter) = RuledLog::new(Level::Info);
         let voice = LineLayer::new(LineForm::Json, ruled, queue.clone());
         let log = tracing::Dispatch::new(subscriber(voice, filter));

@@ -67,6 +67,12 @@ impl LogLine {
         log_line
     }
 
+    /// Adds the time, in UTC, as a field: a line of the journal has none, and its link is to cover
+    /// it.
+    pub fn add_time(&mut self, now: SystemTime) {
+        self.fields.push(("at", FieldValue::Text(stamp(now, None))));
+    }
+
     fn add(&mut self, field: &Field, value: FieldValue) {
         match (field.name(), value) {
             ("message", FieldValue::Text(text)) => self.message = text.replace(is_obeyed, " "),

@@ -15,6 +15,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use super::journal::Socket;
+use super::log_chain::{ChainedForm, LogChain};
 use super::log_channel::{LineReceiver, LineSender, LogItem, LogRoom, line_channel};
 use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
@@ -55,6 +56,8 @@ pub(super) struct FormedLine {
     pub entry: Vec<u8>,
     /// Whether its level is debug or trace: such lines are dropped first.
     pub detail: bool,
+    /// How the line has its link, if it belongs to a chained audit trail.
+    pub chained: Option<ChainedForm>,
 }
 
 /// The sending end of the queue. Cheap to clone.
@@ -71,9 +74,13 @@ impl LogQueue {
     ///
     /// # Errors
     /// The system cannot start a thread.
-    pub fn new(out: impl Write + Send + 'static, journal: Option<Socket>) -> io::Result<LogQueue> {
+    pub fn new(
+        out: impl Write + Send + 'static,
+        journal: Option<Socket>,
+        chain: Option<LogChain>,
+    ) -> io::Result<LogQueue> {
         let (queue, tally) = LogQueue::with_tally();
-        let sink = LineSink { out, torn: false, journal };
+        let sink = LineSink { out, torn: false, journal, chain, unkept: None };
         let writer = thread::Builder::new().name("rungd-log".into());
         writer.spawn(move || write_lines(tally, sink))?;
         Ok(queue)
@@ -83,7 +90,13 @@ impl LogQueue {
     fn with_tally() -> (LogQueue, LineTally) {
         let (sender, receiver) = line_channel(ROOM);
         let (limits, started) = (Arc::new(Mutex::new(EventLimits::new())), Instant::now());
-        let tally = LineTally { receiver, limits: Arc::clone(&limits), started, told: None };
+        let tally = LineTally {
+            receiver,
+            limits: Arc::clone(&limits),
+            started,
+            told: None,
+            is_unkept_told: false,
+        };
         (LogQueue { sender, limits, started }, tally)
     }
 
@@ -145,16 +158,40 @@ struct LineSink<W> {
     /// Only a part of the last line was written.
     torn: bool,
     journal: Option<Socket>,
+    /// The chain of the audit trail.
+    chain: Option<LogChain>,
+    /// Why the newest link of the chain is not kept, until the log reports it.
+    unkept: Option<io::Error>,
 }
 
 impl<W: Write> LineSink<W> {
-    /// Writes a line, however long this takes; false if it cannot be written.
+    /// Writes a line, however long this takes; false if it cannot be written. A line that is not
+    /// written has no link, so the chain stays whole.
     fn put(&mut self, formed: &FormedLine) -> bool {
+        let Some((chain, form)) = self.chain.as_ref().zip(formed.chained) else {
+            return self.put_bytes(&formed.line, &formed.entry);
+        };
+        let chained = chain.chained(form, &formed.line, &formed.entry);
+        let is_written = self.put_bytes(&chained.line, &chained.entry);
+        if let Some(chain) = self.chain.as_mut().filter(|_| is_written) {
+            self.unkept = chain.keep(chained.link).err().or(self.unkept.take());
+        }
+        is_written
+    }
+
+    fn put_bytes(&mut self, line: &[u8], entry: &[u8]) -> bool {
         let sent = match &self.journal {
-            Some(journal) if !formed.entry.is_empty() => sent(journal, &formed.entry),
+            Some(journal) if !entry.is_empty() => sent(journal, entry),
             _ => false,
         };
-        sent || self.line(&formed.line)
+        sent || self.line(line)
+    }
+
+    /// Writes the newest link of the chain to the disk.
+    fn sync_chain(&mut self) {
+        if let Some(chain) = &mut self.chain {
+            self.unkept = chain.sync().err().or(self.unkept.take());
+        }
     }
 
     fn line(&mut self, line: &[u8]) -> bool {
@@ -206,6 +243,8 @@ struct LineTally {
     limits: Arc<Mutex<EventLimits>>,
     started: Instant,
     told: Option<Instant>,
+    /// Whether the log has reported that the chain is not kept.
+    is_unkept_told: bool,
 }
 
 impl LineTally {
@@ -225,6 +264,14 @@ impl LineTally {
                 withheld,
                 lines,
                 "{withheld} comes too often: {lines} lines of the last {over} were left out"
+            );
+        }
+        if let Some(why) = out.unkept.take().filter(|_| !self.is_unkept_told) {
+            self.is_unkept_told = true;
+            say!(
+                LOG_CHAIN at Error,
+                "the newest link of the chain cannot be kept: {why}; a next start will not go on \
+                 behind it"
             );
         }
         let lines = self.receiver.take_dropped();
@@ -263,12 +310,16 @@ fn write_lines(mut tally: LineTally, mut out: LineSink<impl Write>) {
             Ok(LogItem::Flush(done)) => {
                 tally.report_withheld(&mut out, true);
                 let _ = out.out.flush();
+                out.sync_chain();
                 if out.journal.is_some() && tally.started.elapsed() < TELL_EVERY {
                     thread::sleep(LINGER);
                 }
                 let _ = done.try_send(());
             }
-            Err(RecvTimeoutError::Timeout) => tally.report_withheld(&mut out, false),
+            Err(RecvTimeoutError::Timeout) => {
+                out.sync_chain();
+                tally.report_withheld(&mut out, false);
+            }
             Err(RecvTimeoutError::Disconnected) => return,
         }
     }
@@ -279,7 +330,7 @@ mod tests {
     use super::*;
 
     fn formed(line: &[u8]) -> FormedLine {
-        FormedLine { line: line.to_vec(), entry: Vec::new(), detail: false }
+        FormedLine { line: line.to_vec(), entry: Vec::new(), detail: false, chained: None }
     }
 
     /// Writes nothing while the test holds its lock.
@@ -326,13 +377,14 @@ mod tests {
     #[test]
     fn a_full_log_is_retried_and_failures_are_counted() {
         let narrow = Narrow::default();
-        let queue = LogQueue::new(narrow.clone(), None).unwrap();
+        let queue = LogQueue::new(narrow.clone(), None, None).unwrap();
         queue.push(formed(b"one\n"));
         queue.flush();
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
         let (_, mut tally) = LogQueue::with_tally();
         tally.receiver.count_dropped(5);
-        let mut sink = LineSink { out: narrow.clone(), torn: true, journal: None };
+        let mut sink =
+            LineSink { out: narrow.clone(), torn: true, journal: None, chain: None, unkept: None };
         *narrow.fails.lock().unwrap() = true;
         OWN.set(Some(vec![formed(b"dropped\n")]));
         assert!(!sink.line(b"two\n"));
@@ -351,7 +403,7 @@ mod tests {
     #[test]
     fn a_stuck_log_loses_lines_but_does_not_block() {
         let stuck = Stuck::default();
-        let queue = LogQueue::new(stuck.clone(), None).unwrap();
+        let queue = LogQueue::new(stuck.clone(), None, None).unwrap();
         let held = stuck.0.lock().unwrap();
         let before = Instant::now();
         for _ in 0..2 * ROOM.lines {
@@ -370,7 +422,7 @@ mod tests {
     #[test]
     fn details_leave_room_for_important_lines() {
         let stuck = Stuck::default();
-        let queue = LogQueue::new(stuck.clone(), None).unwrap();
+        let queue = LogQueue::new(stuck.clone(), None, None).unwrap();
         let held = stuck.0.lock().unwrap();
         for _ in 0..2 * ROOM.lines {
             queue.push(FormedLine { detail: true, ..formed(b"x\n") });

@@ -1,6 +1,7 @@
-//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/record.md`,
-//! `docs/black-box.md`, `docs/testing.md`, `docs/import/README.md`, `docs/export.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and
-//! `docs/draw.md`, executed: each
+//! `README.md`, `docs/start.md`, `docs/operator.md`, `docs/alarms.md`, `docs/audit.md`,
+//! `docs/record.md`, `docs/black-box.md`, `docs/testing.md`, `docs/import/README.md`,
+//! `docs/export.md`, `docs/ladder-plant.md`, `docs/proving.md`, `docs/xref.md` and `docs/draw.md`,
+//! executed: each
 //! command in a ```` ```console ```` block runs, in order, in a folder with a copy of `config/`,
 //! and prints what the page shows.
 //!
@@ -62,9 +63,10 @@ fn parts(page: &str) -> Vec<Part<'_>> {
 const RECORDED: [&str; 2] = ["record", "black-box"];
 
 /// The pages whose commands name the socket of the page's controller.
-const SOCKETS: [(&str, &str); 5] = [
+const SOCKETS: [(&str, &str); 6] = [
     ("operator", "config/rungd.sock"),
     ("alarms", "rungd.sock"),
+    ("audit", "rungd.sock"),
     ("proving", "rungd.sock"),
     ("record", "config/rungd.sock"),
     ("black-box", "config/bottling-plant.sock"),
@@ -227,6 +229,11 @@ fn the_commands_of_the_operator_page_print_what_the_page_shows() {
 #[test]
 fn alarms_are_listed_and_acknowledged_as_documented() {
     run_page("docs/alarms.md");
+}
+
+#[test]
+fn the_audit_trail_is_shown_and_judged_as_documented() {
+    run_page("docs/audit.md");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 mod alarm_acks;
 mod alarm_delays;
 mod alarms;
+mod audit;
 mod bottling;
 mod clocks;
 mod endings;

@@ -10,6 +10,7 @@
 
 #[macro_use]
 mod row;
+mod audit;
 mod controller;
 mod device;
 mod journal_catalog;
@@ -22,6 +23,7 @@ mod reload;
 mod table;
 mod world;
 
+pub use audit::{audited, is_audited};
 pub use controller::*;
 pub use device::*;
 pub use journal_catalog::catalog;

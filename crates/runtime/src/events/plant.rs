@@ -126,4 +126,12 @@ rows! {
          read or written. The controller runs. A damaged file is renamed.",
         "See the reason: the disk, or the rights of the folder. Shelve alarms again if they are to \
          be shelved.";
+
+    LOG_CHAIN = 606, "log-chain", Info, NONE, Never:
+        "5833c0fc90b247f286066899d2b7723d",
+        "The lines of the audit trail are chained, as RUNGD_LOG_CHAIN asks for: the line says \
+         whether a chain begins, or goes on behind that of the last start. At level error, the \
+         trail is not chained, or its newest link is not kept; the line has the reason.",
+        "Copy the newest link elsewhere from time to time; `rungd audit --verify` judges the \
+         trail. If it is not chained, correct the file that RUNGD_LOG_CHAIN names, and restart.";
 }
