@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn a_field_of_csv_is_quoted_and_has_one_line() {
-        assert_eq!(csv_field("say \"no\", twice\n"), "\"say \"\"no\"\", twice\\n\"");
+        assert_eq!(csv_field("say \"no\", twice\n"), "\"say \"\"no\"\", twice\\u{a}\"");
     }
 
     #[test]
