@@ -454,6 +454,16 @@ pub fn web(bytes: &[u8]) {
     assert!(!has(b"set-cookie:") && !has(b"\"csrf\""), "it lets in");
 }
 
+/// What the bytes of an OPC UA client reach, or with a first byte of 255 a file of the server.
+pub fn opcua(bytes: &[u8]) {
+    if let [255, text @ ..] = bytes {
+        let read = rungd_fleet::opcua::read_opcua(Path::new("/etc/rungd/opcua.toml"), text);
+        show(&read.findings, read.file);
+    } else {
+        rungd_opcua::strangers::take(bytes);
+    }
+}
+
 /// The packets of an MQTT broker: none causes a panic, and the client's answers and memory stay in
 /// proportion to the packets.
 pub fn mqtt(bytes: &[u8]) {

@@ -10,15 +10,18 @@ use std::sync::{Arc, Mutex};
 use opcua::nodes::Event;
 use opcua::server::{EventField, ServerHandle};
 use opcua::types::{
-    AttributeId, ByteString, DateTime, LocalizedText, NodeId, NumericRange, ObjectId, ObjectTypeId,
-    QualifiedName, UAString, Variant,
+    AttributeId, ByteString, DateTime, ExtensionObject, LocalizedText,
+    ModelChangeStructureDataType, NodeId, NumericRange, ObjectId, ObjectTypeId, QualifiedName,
+    UAString, Variant,
 };
 use rungd_base::locked::locked;
-use rungd_client::operator::protocol::{AlarmList, AlarmShelf, AlarmState, AlarmStatus};
+use rungd_client::operator::protocol::{
+    AlarmList, AlarmShelf, AlarmState, AlarmStatus, SHELF_MS_MAX,
+};
 use rungd_language::resolve::priority::Priority;
 
 use crate::space::{ALARMS, ROOT, node_id};
-use crate::values::time;
+use crate::values::{time, unix_ns};
 
 /// The numbers of events in this process.
 static EVENTS: AtomicU64 = AtomicU64::new(1);
@@ -61,7 +64,7 @@ impl ConditionBook {
             shelved: None,
             ..alarm.clone()
         };
-        let over = over.map(normal);
+        let over: Vec<AlarmStatus> = over.map(normal).collect();
         let is_news = |alarm: &&AlarmStatus| {
             let told = self.told.get(&alarm.tag);
             told.is_none_or(|told| {
@@ -69,9 +72,18 @@ impl ConditionBook {
                     != (alarm.state, alarm.since, &alarm.shelved)
             })
         };
-        let news = over.chain(now.values().filter(is_news).cloned());
-        let events: Vec<AlarmEvent> =
-            news.map(|alarm| AlarmEvent::of_alarm(self.namespace, &alarm)).collect();
+        let news = over.iter().chain(now.values().filter(is_news));
+        let event = |alarm: &AlarmStatus| {
+            let mut event = AlarmEvent::of_alarm(self.namespace, alarm);
+            // The book has no time of the end of a shelf, nor of an alarm that it lists no more.
+            let was_shelved = self.told.get(&alarm.tag).is_some_and(|told| told.shelved.is_some());
+            let is_listed = now.contains_key(&alarm.tag);
+            if !is_listed || (was_shelved && alarm.shelved.is_none()) {
+                event.time = DateTime::now();
+            }
+            event
+        };
+        let events: Vec<AlarmEvent> = news.map(event).collect();
         let mut standing = locked(&self.standing);
         standing.retain(|tag, _| now.contains_key(tag));
         for event in events.iter().filter(|event| now.contains_key(event.tag())) {
@@ -84,10 +96,11 @@ impl ConditionBook {
         self.told = now;
     }
 
-    /// Tells that nodes came or went.
-    pub fn model_changed(&self, handle: &ServerHandle) {
+    /// Tells which nodes came and went.
+    pub fn model_changed(&self, changes: Vec<ModelChangeStructureDataType>, handle: &ServerHandle) {
         let kind = ObjectTypeId::GeneralModelChangeEventType;
-        let event = PlainEvent::now(kind, "the program has changed");
+        let mut event = PlainEvent::now(kind, "the program has changed");
+        event.fields.changes = changes;
         let server = NodeId::from(ObjectId::Server);
         handle.subscriptions().notify_events([(&event as &dyn Event, &server)].into_iter());
     }
@@ -163,6 +176,7 @@ impl AlarmEvent {
             alarm.since.map(|time| time.unix_ns),
             alarm.ended.map(|time| time.unix_ns),
             acknowledged.map(|ack| ack.unix_ns),
+            alarm.shelved.as_ref().map(|shelf| shelf.since_ns),
         ];
         let latest = times.into_iter().flatten().max();
         let fields = AlarmFields {
@@ -210,6 +224,13 @@ impl AlarmFields {
     fn timed_shelf(&self) -> Option<bool> {
         self.shelved.as_ref().map(AlarmShelf::is_timed)
     }
+
+    /// The time until it comes back by itself, ms; 0: it does not.
+    fn unshelve_ms(&self) -> f64 {
+        let until_ns = self.shelved.as_ref().and_then(|shelf| shelf.until_ns);
+        let left_ns = until_ns.map_or(0, |until| until.saturating_sub(unix_ns(&DateTime::now())));
+        (left_ns.max(0) / 1_000_000) as f64
+    }
 }
 
 impl EventFields for AlarmFields {
@@ -227,7 +248,7 @@ impl EventFields for AlarmFields {
             "Message" => word(&self.text),
             "Severity" | "LastSeverity" => Variant::from(severity(self.priority)),
             "BranchId" => Variant::from(NodeId::null()),
-            "Retain" => Variant::from(active || !acked),
+            "Retain" => Variant::from(active || !acked || self.shelved.is_some()),
             "EnabledState" => word("Enabled"),
             "EnabledState/Id" => Variant::from(true),
             "ActiveState" => both(active, "Active", "Inactive"),
@@ -238,9 +259,17 @@ impl EventFields for AlarmFields {
             "ClientUserId" => Variant::from(UAString::from(self.who.as_str())),
             "Comment" => word(self.shelved.as_ref().map_or("", |shelf| &shelf.why)),
             "SuppressedOrShelved" => Variant::from(self.shelved.is_some()),
+            "MaxTimeShelved" => Variant::from(SHELF_MS_MAX as f64),
             "ShelvingState/CurrentState" => {
-                both(self.timed_shelf() == Some(true), "TimedShelved", "Unshelved")
+                both(self.timed_shelf() == Some(true), "Timed Shelved", "Unshelved")
             }
+            "ShelvingState/CurrentState/Id" => {
+                Variant::from(NodeId::from(match self.timed_shelf() {
+                    Some(true) => ObjectId::ShelvedStateMachineType_TimedShelved,
+                    Some(false) | None => ObjectId::ShelvedStateMachineType_Unshelved,
+                }))
+            }
+            "ShelvingState/UnshelveTime" => Variant::from(self.unshelve_ms()),
             "OutOfServiceState" => {
                 both(self.timed_shelf() == Some(false), "Out of Service", "In Service")
             }
@@ -259,12 +288,14 @@ impl EventFields for AlarmFields {
 #[derive(Clone, Debug)]
 pub struct PlainFields {
     message: &'static str,
+    /// The nodes that came and went.
+    changes: Vec<ModelChangeStructureDataType>,
 }
 
 impl PlainEvent {
     /// An event of this time.
     pub fn now(kind: ObjectTypeId, message: &'static str) -> PlainEvent {
-        ToldEvent::new(kind, DateTime::now(), PlainFields { message })
+        ToldEvent::new(kind, DateTime::now(), PlainFields { message, changes: Vec::new() })
     }
 }
 
@@ -279,6 +310,10 @@ impl EventFields for PlainFields {
             "SourceName" => Variant::from(UAString::from("Server")),
             "Message" => Variant::from(LocalizedText::new("en", self.message)),
             "Severity" => Variant::from(100_u16),
+            "Changes" if !self.changes.is_empty() => {
+                let changes = self.changes.iter().cloned().map(ExtensionObject::from_message);
+                Variant::from(changes.collect::<Vec<_>>())
+            }
             _ => Variant::Empty,
         }
     }

@@ -11,7 +11,7 @@ use std::net::{IpAddr, Ipv4Addr};
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, Result, bail};
-use opcua::crypto::{CertificateStore, X509Data};
+use opcua::crypto::{CertificateStore, X509, X509Data};
 use rungd_fleet::opcua::OpcUaSettings;
 use rungd_language::source::wording::is_unseen;
 
@@ -105,13 +105,18 @@ fn of_folder(folder: &Path, is_trusted: bool) -> Result<Vec<ClientCertificate>> 
     for entry in entries {
         let path = entry.with_context(|| folder.display().to_string())?.path();
         let Ok(certificate) = CertificateStore::read_cert(&path) else { continue };
-        let name = certificate.common_name().unwrap_or_default();
-        let name = name.strip_prefix("CN=").unwrap_or(&name);
-        let name = name.chars().take(80).map(|c| if is_unseen(c) { '?' } else { c }).collect();
+        let name = shown_name(&certificate);
         let thumbprint = certificate.thumbprint().as_hex_string();
         found.push(ClientCertificate { name, thumbprint, is_trusted, path });
     }
     Ok(found)
+}
+
+/// The name in a certificate, without what a terminal would obey.
+pub fn shown_name(certificate: &X509) -> String {
+    let name = certificate.common_name().unwrap_or_default();
+    let name = name.strip_prefix("CN=").unwrap_or(&name);
+    name.chars().take(80).map(|c| if is_unseen(c) { '?' } else { c }).collect()
 }
 
 /// Trusts a certificate, or takes the trust back. `start`: the beginning of its thumbprint.

@@ -1,4 +1,5 @@
-//! The methods of conditions: Acknowledge, ConditionRefresh and ConditionRefresh2 (part 9).
+//! The methods of conditions: Acknowledge, ConditionRefresh and ConditionRefresh2 (part 9), and
+//! those of shelves, which `shelving` carries out.
 //!
 //! Clients call them by the ids of the standard's types, which the library's own nodes have, so
 //! this manager stands before those and takes the calls alone.
@@ -13,18 +14,20 @@ use opcua::server::node_manager::{
 };
 use opcua::types::{MethodId, NodeId, ObjectId, ObjectTypeId, StatusCode, Variant};
 use rungd_base::locked::locked;
-use rungd_client::operator::protocol::Request;
+use rungd_client::operator::protocol::{AckList, Request};
 
 use crate::alarms::{AlarmEvent, PlainEvent, StandingAlarms, alarm_of};
 use crate::follow::PlantController;
 use crate::journal::{ClientLine, ServerLines};
 use crate::manager::{text_id, user};
+use crate::shelving::ShelvingMethod;
 
 /// The methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum ConditionMethod {
     Acknowledge,
     Refresh,
+    Shelving(ShelvingMethod),
 }
 
 impl ConditionMethod {
@@ -37,7 +40,7 @@ impl ConditionMethod {
         {
             Some(ConditionMethod::Refresh)
         } else {
-            None
+            ShelvingMethod::of(id).map(ConditionMethod::Shelving)
         }
     }
 }
@@ -50,6 +53,8 @@ pub struct ConditionMethods {
     pub lines: ServerLines,
     /// Whether clients may acknowledge.
     pub may_acknowledge: bool,
+    /// Whether clients may shelve alarms.
+    pub may_shelve: bool,
     /// The last event of each alarm.
     pub standing: StandingAlarms,
 }
@@ -85,8 +90,8 @@ impl ConditionMethods {
         let request =
             Request::Ack { alarms: vec![known.tag().to_owned()], for_user: Some(who.to_owned()) };
         let what = format!("{who} acknowledges {tag}");
-        match self.followed.ask(request).await {
-            Ok(()) => {
+        match self.followed.ask::<AckList>(request).await {
+            Ok(_) => {
                 self.lines.say(ClientLine::Acknowledge, &what);
                 StatusCode::Good
             }
@@ -149,6 +154,9 @@ impl NodeManager for ConditionMethods {
             let status = match ConditionMethod::of(call.method_id()) {
                 Some(ConditionMethod::Acknowledge) => self.acknowledge(context, call).await,
                 Some(ConditionMethod::Refresh) => self.refresh(context),
+                Some(ConditionMethod::Shelving(method)) => {
+                    self.shelving(method, call, user(context)).await
+                }
                 None => StatusCode::BadMethodInvalid,
             };
             call.set_status(status);

@@ -16,7 +16,7 @@ use rungd_client::operator::socket_of_environment;
 use rungd_engine::isa::Address;
 use rungd_fleet::opcua::OpcUaSettings;
 use rungd_history::playback::PlayableProgram;
-use serde_json::Value;
+use serde::de::DeserializeOwned;
 use tokio::sync::mpsc;
 
 use crate::journal::say;
@@ -80,13 +80,16 @@ impl PlantController {
     ///
     /// # Errors
     /// The controller refuses, or does not answer.
-    pub async fn ask(&self, request: Request) -> Result<(), NotDone> {
+    pub async fn ask<T>(&self, request: Request) -> Result<T, NotDone>
+    where
+        T: DeserializeOwned + Send + 'static,
+    {
         let followed = self.clone();
         let asked = tokio::task::spawn_blocking(move || {
-            followed.controller().and_then(|controller| controller.ask::<Value>(&request))
+            followed.controller().and_then(|controller| controller.ask::<T>(&request))
         });
         match asked.await {
-            Ok(Ok(_)) => Ok(()),
+            Ok(Ok(answer)) => Ok(answer),
             Ok(Err(CallFailure::Refused(refusal))) => {
                 let words: Vec<&str> = refusal.message.split_whitespace().collect();
                 Err((refused(refusal.kind), words.join(" ")))

@@ -1,5 +1,5 @@
-//! The past of a node, from the scan log: every change as it was recorded, and minimum, maximum
-//! and average of intervals.
+//! The past of a node, from the scan log: every change as it was recorded, in `pages`, and minimum,
+//! maximum and average of intervals (`aggregate`).
 //!
 //! The log is read on a thread for blocking work, one request at a time, with limits on the number
 //! of values and on the time.
@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use opcua::server::ContinuationPoint;
 use opcua::server::node_manager::HistoryNode;
 use opcua::types::{
-    DataValue, DateTime, HistoryData, NodeId, ObjectId, ReadProcessedDetails,
-    ReadRawModifiedDetails, StatusCode, TimestampsToReturn, Variant,
+    DataValue, DateTime, HistoryData, ReadProcessedDetails, ReadRawModifiedDetails, StatusCode,
+    TimestampsToReturn, Variant,
 };
 use rungd_client::live::{
     ChangeHistory, ChooseCells, HistorySpan, LogEvent, LogPosition, LoggedProgram, TagType,
@@ -21,33 +21,21 @@ use rungd_config::controller::OUTPUT_UNKNOWN;
 use rungd_fleet::opcua::OpcUaSettings;
 use tokio::sync::Mutex;
 
+use crate::aggregate::{Aggregate, Interval};
 use crate::follow::PlantController;
 use crate::journal::{ClientLine, ServerLines};
+use crate::pages::{PastPage, PastRest, PastValue, WaitingElements};
 use crate::shown::ShownTree;
 use crate::tags::{PlantVariable, chooser, tree};
 use crate::values::{array, scalar, stamped, time, unix_ns};
 
-/// The most values that one answer has for a node; the rest follows at a continuation point.
+/// The most values that one answer has for a node, of arrays the most elements; the rest follows at
+/// a continuation point.
 const VALUES_MAX: usize = 10_000;
-/// The most values that are read of the log for a node.
+/// The most values that are read of the log for a node, of arrays the most elements.
 const READ_MAX: usize = 200_000;
 /// The longest time for a read of the log.
 const READ_TIME: Duration = Duration::from_secs(20);
-/// The most intervals of a processed read.
-const INTERVALS_MAX: i64 = 10_000;
-
-/// A value of the past.
-#[derive(Clone, Debug, PartialEq)]
-struct PastValue {
-    unix_ns: i64,
-    value: Variant,
-    status: StatusCode,
-}
-
-/// The rest of an answer.
-#[derive(Debug)]
-struct PastRest(Vec<PastValue>);
-
 /// Reads the past.
 pub struct HistoryReader {
     settings: OpcUaSettings,
@@ -56,6 +44,7 @@ pub struct HistoryReader {
     lines: ServerLines,
     /// One read of the log at a time.
     turn: Mutex<()>,
+    waiting: WaitingElements,
 }
 
 /// A part of the past of a node.
@@ -66,6 +55,35 @@ struct PastSpan {
     until_ns: i64,
 }
 
+/// The times of a read of recorded values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RawSpan {
+    from_ns: i64,
+    until_ns: i64,
+    /// The latest value comes first.
+    is_backwards: bool,
+}
+
+impl RawSpan {
+    /// The times that a client asks for. One of them may be missing, and a read backwards has the
+    /// later time first.
+    ///
+    /// # Errors
+    /// The status of the answer.
+    pub fn of(details: &ReadRawModifiedDetails, now: DateTime) -> Result<RawSpan, StatusCode> {
+        let (start, end) = (details.start_time, details.end_time);
+        let (from, until, is_backwards) = match (start.is_null(), end.is_null()) {
+            (true, true) => return Err(StatusCode::BadInvalidArgument),
+            (true, false) => (DateTime::null(), end, true),
+            (false, true) => (start, now, false),
+            (false, false) if end < start => (end, start, true),
+            (false, false) => (start, end, false),
+        };
+        let from_ns = if from.is_null() { i64::MIN / 4 } else { unix_ns(&from) };
+        Ok(RawSpan { from_ns, until_ns: unix_ns(&until), is_backwards })
+    }
+}
+
 impl HistoryReader {
     /// A reader of the controller's log.
     pub fn new(
@@ -74,7 +92,14 @@ impl HistoryReader {
         lines: ServerLines,
     ) -> HistoryReader {
         let (settings, choose) = (settings.clone(), chooser(settings));
-        HistoryReader { settings, choose, followed, lines, turn: Mutex::default() }
+        HistoryReader {
+            settings,
+            choose,
+            followed,
+            lines,
+            turn: Mutex::default(),
+            waiting: WaitingElements::default(),
+        }
     }
 
     /// Answers a read of recorded values.
@@ -85,23 +110,21 @@ impl HistoryReader {
         node: &mut HistoryNode,
         timestamps: TimestampsToReturn,
     ) {
-        let rest = node.continuation_point().and_then(|point| point.get::<PastRest>());
-        let values = match rest {
-            Some(rest) => Ok(rest.0.clone()),
-            None => self.recorded(id, details).await,
-        };
-        let mut values = match values {
-            Ok(values) => values,
-            Err(status) => return node.set_status(status),
-        };
         let asked = details.num_values_per_node as usize;
         let most = if asked == 0 { VALUES_MAX } else { asked.min(VALUES_MAX) };
-        if values.len() > most {
-            let rest = values.split_off(most);
-            node.set_next_continuation_point(Some(ContinuationPoint::new(Box::new(PastRest(
-                rest,
-            )))));
-        }
+        let rest = node.continuation_point().and_then(|point| point.get::<PastRest>()).cloned();
+        let page = match rest {
+            Some(rest) => rest.page(most),
+            None => match self.recorded(id, details).await {
+                Err(status) => return node.set_status(status),
+                Ok(values) => match self.waiting.first_page(values, most) {
+                    Some(page) => page,
+                    None => return node.set_status(StatusCode::BadNoContinuationPoints),
+                },
+            },
+        };
+        let PastPage { values, rest } = page;
+        node.set_next_continuation_point(rest.map(|rest| ContinuationPoint::new(Box::new(rest))));
         node.set_status(match values.is_empty() {
             true => StatusCode::GoodNoData,
             false => StatusCode::Good,
@@ -116,18 +139,9 @@ impl HistoryReader {
         id: &str,
         details: &ReadRawModifiedDetails,
     ) -> Result<Vec<PastValue>, StatusCode> {
-        let (start, end) = (details.start_time, details.end_time);
-        let now = DateTime::now();
-        // One of the times may be missing, and a read backwards has the later time first.
-        let (from, until, is_backwards) = match (start.is_null(), end.is_null()) {
-            (true, true) => return Err(StatusCode::BadInvalidArgument),
-            (true, false) => (DateTime::null(), end, true),
-            (false, true) => (start, now, false),
-            (false, false) if end < start => (end, start, true),
-            (false, false) => (start, end, false),
-        };
-        let from_ns = if from.is_null() { i64::MIN / 4 } else { unix_ns(&from) };
-        let span = PastSpan { id: id.to_owned(), from_ns, until_ns: unix_ns(&until) };
+        let asked = RawSpan::of(details, DateTime::now())?;
+        let RawSpan { from_ns, until_ns, is_backwards } = asked;
+        let span = PastSpan { id: id.to_owned(), from_ns, until_ns };
         let mut values = self.read(span, details.return_bounds).await?;
         if is_backwards {
             values.reverse();
@@ -148,22 +162,15 @@ impl HistoryReader {
             return node.set_status(StatusCode::BadAggregateNotSupported);
         };
         let (from_ns, until_ns) = (unix_ns(&details.start_time), unix_ns(&details.end_time));
-        let step_ns = (details.processing_interval * 1e6) as i64;
-        let step_ns = if step_ns > 0 { step_ns } else { until_ns.saturating_sub(from_ns) };
-        let count = until_ns.saturating_sub(from_ns).checked_div(step_ns).unwrap_or(0);
-        if until_ns <= from_ns || count > INTERVALS_MAX {
+        let span = Interval { start_ns: from_ns, end_ns: until_ns };
+        let Some(intervals) = span.divided(details.processing_interval) else {
             return node.set_status(StatusCode::BadInvalidArgument);
-        }
+        };
         let span = PastSpan { id: id.to_owned(), from_ns, until_ns };
         match self.read(span, true).await {
             Err(status) => node.set_status(status),
             Ok(values) => {
-                let starts = (0..).map(|n| from_ns + n * step_ns);
-                let starts = starts.take_while(|start| *start < until_ns);
-                let data = starts.map(|start| {
-                    let end = (start + step_ns).min(until_ns);
-                    aggregate.value(&values, start, end)
-                });
+                let data = intervals.into_iter().map(|one| aggregate.value(&values, one));
                 node.set_result(HistoryData { data_values: Some(data.collect()) });
                 node.set_status(StatusCode::Good);
             }
@@ -228,6 +235,7 @@ impl PastRead {
     fn played(&self, mut history: ChangeHistory) -> Vec<PastValue> {
         let began = Instant::now();
         let (mut found, mut before): (Vec<PastValue>, Option<PastValue>) = (Vec::new(), None);
+        let mut elements = 0;
         let mut program = PastProgram { variable: None, contents: Vec::new() };
         while let Some(events) = history.next_section() {
             for event in events {
@@ -235,12 +243,16 @@ impl PastRead {
                 if value.unix_ns < self.span.from_ns {
                     before = Some(value);
                 } else if value.unix_ns <= self.span.until_ns {
+                    elements += value.elements();
                     push(&mut found, value);
                 } else {
                     return self.bounded(before, found);
                 }
+                if elements >= READ_MAX {
+                    return self.bounded(before, found);
+                }
             }
-            if found.len() >= READ_MAX || began.elapsed() > READ_TIME {
+            if began.elapsed() > READ_TIME {
                 break;
             }
         }
@@ -313,97 +325,4 @@ fn data_value(past: PastValue, timestamps: TimestampsToReturn) -> DataValue {
         TimestampsToReturn::Both | TimestampsToReturn::Neither | TimestampsToReturn::Invalid => {}
     }
     value
-}
-
-/// What is made of the values of an interval.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Aggregate {
-    Minimum,
-    Maximum,
-    /// The mean over time: a value holds until the next.
-    Average,
-}
-
-impl Aggregate {
-    fn of(id: &NodeId) -> Option<Aggregate> {
-        let is = |known: ObjectId| *id == known;
-        if is(ObjectId::AggregateFunction_Minimum) {
-            Some(Aggregate::Minimum)
-        } else if is(ObjectId::AggregateFunction_Maximum) {
-            Some(Aggregate::Maximum)
-        } else if is(ObjectId::AggregateFunction_Average)
-            || is(ObjectId::AggregateFunction_TimeAverage)
-        {
-            Some(Aggregate::Average)
-        } else {
-            None
-        }
-    }
-
-    /// The value of an interval; without a number in it, "no data".
-    fn value(self, values: &[PastValue], start_ns: i64, end_ns: i64) -> DataValue {
-        let mut pieces: Vec<(f64, i64)> = Vec::new();
-        for (at, value) in values.iter().enumerate() {
-            let until = values.get(at + 1).map_or(end_ns, |next| next.unix_ns);
-            let lasted = until.min(end_ns).saturating_sub(value.unix_ns.max(start_ns));
-            let is_inside = value.unix_ns < end_ns && until > start_ns;
-            if let (true, true, Some(number)) =
-                (is_inside, value.status.is_good(), number(&value.value))
-            {
-                pieces.push((number, lasted));
-            }
-        }
-        let numbers = pieces.iter().map(|(number, _)| *number);
-        let result = match self {
-            Aggregate::Minimum => numbers.reduce(f64::min),
-            Aggregate::Maximum => numbers.reduce(f64::max),
-            Aggregate::Average => {
-                let time: f64 = pieces.iter().map(|(_, ns)| *ns as f64).sum();
-                let sum: f64 = pieces.iter().map(|(number, ns)| number * *ns as f64).sum();
-                (time > 0.0).then(|| sum / time)
-            }
-        };
-        match result {
-            Some(number) => stamped(Variant::from(number), StatusCode::Good, time(start_ns)),
-            None => stamped(Variant::Empty, StatusCode::BadNoData, time(start_ns)),
-        }
-    }
-}
-
-/// A value as a number; `None`: an array.
-// A tag's value is of few of the standard's types.
-#[allow(clippy::wildcard_enum_match_arm)]
-fn number(value: &Variant) -> Option<f64> {
-    match value {
-        Variant::Boolean(on) => Some(f64::from(u8::from(*on))),
-        Variant::UInt16(value) => Some(f64::from(*value)),
-        Variant::Int16(value) => Some(f64::from(*value)),
-        Variant::Int32(value) => Some(f64::from(*value)),
-        Variant::Float(value) => Some(f64::from(*value)),
-        _ => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn past(unix_ns: i64, number: f32) -> PastValue {
-        PastValue { unix_ns, value: Variant::Float(number), status: StatusCode::Good }
-    }
-
-    #[test]
-    fn a_value_holds_until_the_next_in_an_average() {
-        let values = [past(-5, 2.0), past(10, 4.0), past(30, 100.0)];
-        let of = |aggregate: Aggregate, start, end| {
-            aggregate.value(&values, start, end).value.expect("a value")
-        };
-        // 10 ns of 2 and 10 ns of 4.
-        assert_eq!(of(Aggregate::Average, 0, 20), Variant::from(3.0));
-        assert_eq!(of(Aggregate::Minimum, 0, 20), Variant::from(2.0));
-        assert_eq!(of(Aggregate::Maximum, 0, 20), Variant::from(4.0));
-        assert_eq!(of(Aggregate::Maximum, 0, 31), Variant::from(100.0));
-        let before = Aggregate::Average.value(&values, -100, -50);
-        assert_eq!(before.status, Some(StatusCode::BadNoData));
-    }
 }

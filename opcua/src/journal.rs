@@ -20,8 +20,12 @@ pub enum ClientLine {
     RefusedWrite,
     /// An alarm is acknowledged, or is not.
     Acknowledge,
+    /// An alarm is shelved or brought back, or is not.
+    Shelve,
     /// The past cannot be read.
     Past,
+    /// A connection is closed at the gate.
+    Closed,
 }
 
 impl JournalSubject for ClientLine {
@@ -35,7 +39,9 @@ impl JournalSubject for ClientLine {
             ClientLine::Write => "writes of clients",
             ClientLine::RefusedWrite => "refused writes",
             ClientLine::Acknowledge => "acknowledgements",
+            ClientLine::Shelve => "shelves of alarms",
             ClientLine::Past => "failures to read the past",
+            ClientLine::Closed => "closed connections",
         }
     }
 }

@@ -1,32 +1,6 @@
-//! `rungd-opcua`: a running controller as an OPC UA server.
+//! `rungd-opcua`: a running controller as an OPC UA server. The command line; `rungd_opcua` serves.
 //!
-//! A program of its own, because the OPC UA library is large, and a client of the operator's
-//! socket: the daemon opens no port for it. `follow` reads the scan log on a thread; `publish` puts
-//! the changes into the address space and tells the subscriptions; `manager` answers writes and
-//! reads of the past. OPCUA.toml is read by `rungd_fleet::opcua`.
-//!
-//! ```text
-//!  operator's socket ─► follow (ChangeFollower, status) ─► publish ─► address space
-//!        ▲                                     events ◄─ alarms ┴─► subscriptions
-//!        └─ write-set ◄── manager ◄── clients ──► history ◄── scan log (ChangeHistory)
-//! ```
-
-mod alarms;
-mod certificates;
-mod conditions;
-mod follow;
-mod history;
-mod journal;
-mod manager;
-mod publish;
-mod server;
-mod shown;
-mod space;
-mod status;
-mod tags;
-mod types;
-mod users;
-mod values;
+//! OPCUA.toml is read by `rungd_fleet::opcua`.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
@@ -37,6 +11,7 @@ use clap::{Parser, Subcommand};
 use rungd_config::load::read_bytes;
 use rungd_fleet::opcua::{OpcUaSettings, read_opcua};
 use rungd_language::source::render::{Style, render};
+use rungd_opcua::{certificates, journal, server};
 
 /// The exit code for a file with an error, as of `rungd`.
 const CONFIG: u8 = 78;

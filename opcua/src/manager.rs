@@ -16,7 +16,7 @@ use opcua::types::{
     AttributeId, Identifier, NodeId, NumericRange, ReadProcessedDetails, ReadRawModifiedDetails,
     StatusCode, TimestampsToReturn, Variant,
 };
-use rungd_client::operator::protocol::{GivenWrite, Request};
+use rungd_client::operator::protocol::{ChangedOperands, GivenWrite, Request};
 use rungd_fleet::opcua::OpcUaSettings;
 
 use crate::follow::PlantController;
@@ -116,31 +116,7 @@ impl PlantManager {
             let value = given(variable.tag_type, value).ok_or(StatusCode::BadTypeMismatch)?;
             return Ok(vec![GivenWrite { operand: id.to_owned(), value }]);
         }
-        self.array_writes(id, variable, value, &asked.index_range)
-    }
-
-    fn array_writes(
-        &self,
-        id: &str,
-        variable: &PlantVariable,
-        value: &Variant,
-        range: &NumericRange,
-    ) -> Result<Vec<GivenWrite>, StatusCode> {
-        let count = variable.cells.len();
-        let (first, last) = match range {
-            NumericRange::None => (0, count.saturating_sub(1)),
-            NumericRange::Index(at) => (*at as usize, *at as usize),
-            NumericRange::Range(first, last) => (*first as usize, *last as usize),
-            _ => return Err(StatusCode::BadIndexRangeInvalid),
-        };
-        let values = given_array(variable.tag_type, value)
-            .or_else(|| given(variable.tag_type, value).map(|value| vec![value]))
-            .ok_or(StatusCode::BadTypeMismatch)?;
-        if last >= count || first > last || values.len() != last - first + 1 {
-            return Err(StatusCode::BadIndexRangeNoData);
-        }
-        let write = |(at, value)| GivenWrite { operand: format!("{id}[{at}]"), value };
-        Ok((first..=last).zip(values).map(write).collect())
+        array_writes(id, variable, value, &asked.index_range)
     }
 
     /// Has the controller carry out writes, all in one scan. Returns the status of the answer.
@@ -153,8 +129,8 @@ impl PlantManager {
         };
         let request =
             Request::WriteSet { writes, for_user: Some(user.to_owned()), from_page: false };
-        let (status, refusal) = match self.followed.ask(request).await {
-            Ok(()) => (StatusCode::Good, None),
+        let (status, refusal) = match self.followed.ask::<ChangedOperands>(request).await {
+            Ok(_) => (StatusCode::Good, None),
             Err((status, why)) => (status, Some(why)),
         };
         match refusal {
@@ -165,6 +141,33 @@ impl PlantManager {
         }
         status
     }
+}
+
+/// The writes of the elements of an array, whole or a part of it.
+///
+/// # Errors
+/// The status of the answer.
+pub fn array_writes(
+    id: &str,
+    variable: &PlantVariable,
+    value: &Variant,
+    range: &NumericRange,
+) -> Result<Vec<GivenWrite>, StatusCode> {
+    let count = variable.cells.len();
+    let (first, last) = match range {
+        NumericRange::None => (0, count.saturating_sub(1)),
+        NumericRange::Index(at) => (*at as usize, *at as usize),
+        NumericRange::Range(first, last) => (*first as usize, *last as usize),
+        NumericRange::MultipleRanges(_) => return Err(StatusCode::BadIndexRangeInvalid),
+    };
+    let values = given_array(variable.tag_type, value)
+        .or_else(|| given(variable.tag_type, value).map(|value| vec![value]))
+        .ok_or(StatusCode::BadTypeMismatch)?;
+    if last >= count || first > last || values.len() != last - first + 1 {
+        return Err(StatusCode::BadIndexRangeNoData);
+    }
+    let write = |(at, value)| GivenWrite { operand: format!("{id}[{at}]"), value };
+    Ok((first..=last).zip(values).map(write).collect())
 }
 
 /// The text of a node's id.

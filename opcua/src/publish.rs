@@ -7,7 +7,10 @@ use std::sync::Arc;
 
 use opcua::nodes::NodeType;
 use opcua::server::ServerHandle;
-use opcua::types::{AttributeId, DataValue, DateTime, LocalizedText, NodeId, StatusCode, Variant};
+use opcua::types::{
+    AttributeId, DataValue, DateTime, LocalizedText, ModelChangeStructureDataType, NodeId,
+    StatusCode, Variant,
+};
 use rungd_client::live::{LogPosition, LoggedChange, TagType};
 use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
 use rungd_config::controller::OUTPUT_UNKNOWN;
@@ -23,6 +26,10 @@ use crate::values::{array, scalar, stamped, time};
 
 /// The service levels of the standard: a server whose controller answers, and one whose does not.
 const SERVICE_LEVELS: (u8, u8) = (255, 1);
+
+/// The verbs of a model change (OPC 10000-3, 9.32.7): a node came, or it went.
+const NODE_ADDED: u8 = 1;
+const NODE_DELETED: u8 = 2;
 
 /// What the server shows.
 pub struct Publisher {
@@ -90,7 +97,7 @@ impl Publisher {
 
     /// Shows a program: adds and removes nodes.
     fn begin(&mut self, tree: Arc<ShownTree>, contents: Vec<i32>, at: LogPosition) {
-        let changed = self.replace_nodes(&tree);
+        let changes = self.replace_nodes(&tree);
         let space = self.nodes.address_space().read();
         self.statuses.retain(|id, _| space.find(id).is_some());
         drop(space);
@@ -99,14 +106,14 @@ impl Publisher {
         (self.tree, self.contents) = (tree, contents);
         let all: Vec<usize> = self.tree.variables().map(|(at, _)| at).collect();
         self.show(&all);
-        if changed {
-            self.alarms.model_changed(&self.handle);
+        if !changes.is_empty() {
+            self.alarms.model_changed(changes, &self.handle);
         }
     }
 
     /// Removes the nodes that the new tree lacks or has in another form, and adds its own. Returns
-    /// whether anything changed.
-    fn replace_nodes(&self, tree: &ShownTree) -> bool {
+    /// what changed.
+    fn replace_nodes(&self, tree: &ShownTree) -> Vec<ModelChangeStructureDataType> {
         let is_kept = |node: &PlantNode| {
             let (old, new) = (self.tree.node(&node.id), tree.node(&node.id));
             old.zip(new).is_some_and(|(old, new)| looks_alike(old, new))
@@ -121,7 +128,13 @@ impl Publisher {
         for node in &new {
             space::add(&mut space, self.namespace, node);
         }
-        !gone.is_empty() || !new.is_empty()
+        let change = |node: &PlantNode, verb| ModelChangeStructureDataType {
+            affected: node_id(self.namespace, &node.id),
+            affected_type: space::type_of_node(node),
+            verb,
+        };
+        let gone = gone.into_iter().map(|node| change(node, NODE_DELETED));
+        gone.chain(new.into_iter().map(|node| change(node, NODE_ADDED))).collect()
     }
 
     /// Shows changes, scan by scan: a value of an array may change with several cells of a scan.

@@ -1,8 +1,9 @@
 //! The server: its limits, its endpoints, and the loop that shows what the controller reports.
 
 use std::sync::Arc;
+use std::sync::atomic::Ordering;
 
-use anyhow::{Context as _, Result, anyhow};
+use anyhow::{Context as _, Result, anyhow, bail};
 use opcua::crypto::SecurityPolicy;
 use opcua::server::diagnostics::DiagnosticsNodeManagerBuilder;
 use opcua::server::node_manager::ServerContext;
@@ -17,12 +18,14 @@ use rungd_web::UserDirectory;
 use tokio::net::TcpListener;
 use tokio::signal::unix::{SignalKind, signal};
 use tokio::sync::mpsc::Receiver;
-use tokio::time::{Duration, interval};
+use tokio::task::JoinHandle;
+use tokio::time::{Duration, interval, sleep};
 
 use crate::alarms::StandingAlarms;
 use crate::certificates::{make_own, prune_rejected};
 use crate::conditions::ConditionMethods;
 use crate::follow::{self, PlantController, PlantReport};
+use crate::gate::{Gate, GateTerms, inner_address};
 use crate::journal::{ServerLines, say};
 use crate::manager::{PlantManagerBuilder, PlantNodes};
 use crate::publish::Publisher;
@@ -64,24 +67,60 @@ async fn serve(settings: &OpcUaSettings) -> Result<()> {
         followed: followed.clone(),
         lines: lines.clone(),
         may_acknowledge: settings.may_acknowledge,
+        may_shelve: settings.may_shelve,
         standing: Arc::clone(&standing),
     };
     let (server, handle) = made(settings, followed.clone(), methods)?;
     let nodes = handle.node_managers().get_of_type::<PlantNodes>();
     let nodes = nodes.ok_or_else(|| anyhow!("the nodes of the controller are missing"))?;
     let reports = follow::start(settings, followed).context("a thread")?;
-    let listener = TcpListener::bind(settings.listen).await;
-    let listener = listener.with_context(|| format!("cannot listen at {}", settings.listen))?;
-    let serving = tokio::spawn(server.run_with(listener));
+    let gated = gated(settings, server, &handle, lines.clone()).await?;
     say(&format!("serves {} ({})", settings.url(), how_secure(settings)));
     let _ = sd_notify::notify(&[sd_notify::NotifyState::Ready]);
     let publisher = Publisher::new(handle.clone(), nodes, standing);
+    let clients = tokio::spawn(gated.gate.serve(gated.public));
     let shown = show(publisher, reports, settings, &lines).await;
+    clients.abort();
     handle.cancel();
-    let _ = tokio::time::timeout(END_MAX, serving).await;
+    let _ = tokio::time::timeout(END_MAX, gated.serving).await;
     lines.report_withheld(true);
     say("ends after a signal");
     shown
+}
+
+/// The server, the gate before it, and the address at which clients come.
+struct GatedServer {
+    public: TcpListener,
+    gate: Arc<Gate>,
+    serving: JoinHandle<Result<(), String>>,
+}
+
+/// Starts the server behind its gate.
+async fn gated(
+    settings: &OpcUaSettings,
+    server: Server,
+    handle: &ServerHandle,
+    lines: ServerLines,
+) -> Result<GatedServer> {
+    let public = TcpListener::bind(settings.listen).await;
+    let public = public.with_context(|| format!("cannot listen at {}", settings.listen))?;
+    let inner = TcpListener::bind(inner_address()).await.context("a port of the loopback")?;
+    let terms = GateTerms {
+        inner: inner.local_addr()?,
+        insecure: settings.insecure,
+        sessions: settings.sessions,
+    };
+    let serving = tokio::spawn(server.run_with(inner));
+    // The server notes its own port when it begins; clients are told that of the gate.
+    let port = &handle.info().port;
+    while port.load(Ordering::Relaxed) == 0 {
+        if serving.is_finished() {
+            bail!("the server has ended at its start");
+        }
+        sleep(Duration::from_millis(1)).await;
+    }
+    port.store(public.local_addr()?.port(), Ordering::Relaxed);
+    Ok(GatedServer { public, gate: Arc::new(Gate::new(terms, lines)), serving })
 }
 
 fn how_secure(settings: &OpcUaSettings) -> String {

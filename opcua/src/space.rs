@@ -90,6 +90,14 @@ pub fn add(space: &mut AddressSpace, namespace: u16, node: &PlantNode) {
     add_properties(space, namespace, &node.id, variable);
 }
 
+/// The standard's type of a node.
+pub fn type_of_node(node: &PlantNode) -> NodeId {
+    match &node.variable {
+        Some(variable) => type_of(variable).into(),
+        None => ObjectTypeId::BaseObjectType.into(),
+    }
+}
+
 /// The standard's type of a value.
 fn type_of(variable: &PlantVariable) -> VariableTypeId {
     match (variable.tag_type, variable.texts.is_empty(), variable.limits, &variable.unit) {

@@ -99,6 +99,22 @@ struct TreeMaker<'p> {
     places: HashMap<String, usize>,
 }
 
+impl PlantVariable {
+    /// An array without elements, which clients may write.
+    pub fn array_of(tag_type: TagType) -> PlantVariable {
+        PlantVariable {
+            tag_type,
+            cells: Vec::new(),
+            is_array: true,
+            unit: None,
+            limits: None,
+            texts: Vec::new(),
+            may_write: true,
+            devices: Vec::new(),
+        }
+    }
+}
+
 impl<'p> TreeMaker<'p> {
     fn new(
         settings: &'p OpcUaSettings,

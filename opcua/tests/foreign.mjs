@@ -24,6 +24,7 @@ name = "t"
 [tags]
 start = { type = "bit" }
 fast  = { type = "int" }
+trip  = { type = "bit", alarm = "The drive has tripped" }
 [[program]]
 name = "Main"
 [[program.rung]]
@@ -91,6 +92,8 @@ insecure = true
 socket = "t.sock"
 [tags]
 write = ${JSON.stringify(write)}
+[alarms]
+shelve = true
 `);
 }
 
@@ -235,6 +238,26 @@ async function changes() {
   });
 }
 
+/** The methods of shelves. */
+async function shelves() {
+  await connected(async (session) => {
+    const call = async (method, ...inputArguments) => {
+      const objectId = idOf("/alarms/trip");
+      return (await session.call({ objectId, methodId: opcua.resolveNodeId(method), inputArguments })).statusCode.name;
+    };
+    const shelf = () => JSON.parse(rungd("alarms", "--json")).alarms.find((one) => one.tag === "trip")?.shelved?.why;
+    const hour = { dataType: opcua.DataType.Double, value: 3_600_000 };
+    const text = { dataType: opcua.DataType.LocalizedText, value: { text: "New bearing" } };
+    assert.equal(await call("ShelvedStateMachineType_Unshelve"), "BadConditionNotShelved");
+    assert.equal(await call("ns=0;i=24756", hour, text), "Good");
+    assert.equal(shelf(), "New bearing");
+    assert.equal(await call("ShelvedStateMachineType_OneShotShelve"), "BadNotImplemented");
+    assert.equal(await call("ShelvedStateMachineType_Unshelve"), "Good");
+    assert.equal(shelf(), undefined);
+  });
+  console.log("ok shelves");
+}
+
 /** A client that stays finds its subscription again after kill -9 of the server and of the controller. */
 async function returns(running, serving) {
   await connected(async (session, client) => {
@@ -267,6 +290,7 @@ try {
   fs.writeFileSync(path.join(FOLDER, "t.toml"), 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "1ms"\n');
   let [running, serving] = [await controller("t.toml"), await server()];
   await changes();
+  await shelves();
   [running, serving] = await returns(running, serving);
   await serving.end();
   await running.end();

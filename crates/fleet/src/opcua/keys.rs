@@ -53,6 +53,8 @@ fn read_root(mut root: Table<'_>, base: &Path) -> OpcUaSettings {
         let explained =
             key("acknowledge", "Whether clients may acknowledge alarms; false if not given.");
         settings.may_acknowledge = table.flag(explained, false);
+        let explained = key("shelve", "Whether clients may shelve alarms; false if not given.");
+        settings.may_shelve = table.flag(explained, false);
         table.finish();
     }
     root.finish();
@@ -73,6 +75,7 @@ fn unread() -> OpcUaSettings {
         show: vec!["*".to_owned()],
         write: Vec::new(),
         may_acknowledge: false,
+        may_shelve: false,
     }
 }
 
@@ -201,7 +204,8 @@ mod tests {
         let settings = read(LEAST).settings.expect("it is enough");
         assert_eq!(settings.url(), "opc.tcp://127.0.0.1:4840/");
         assert_eq!(settings.certificates, Path::new("/etc/rungd/pki"));
-        assert!(!settings.insecure && settings.write.is_empty() && !settings.may_acknowledge);
+        assert!(!settings.insecure && settings.write.is_empty());
+        assert!(!settings.may_acknowledge && !settings.may_shelve);
         assert_eq!((settings.sessions, settings.show), (50, vec!["*".to_owned()]));
     }
 

@@ -31,6 +31,8 @@ pub struct OpcUaSettings {
     pub write: Vec<String>,
     /// Whether clients may acknowledge alarms.
     pub may_acknowledge: bool,
+    /// Whether clients may shelve alarms, and bring them back.
+    pub may_shelve: bool,
 }
 
 impl OpcUaSettings {

@@ -1,0 +1,175 @@
+//! The gate before the server: what somebody whom nobody knows may take of this machine.
+//!
+//! The library keeps a frame of any announced length, opens sessions without encryption, and takes
+//! any number of connections. So it listens at a port of this machine's loopback alone, and the
+//! gate carries the bytes of each connection there: as long as `frames` finds nothing wrong, and
+//! while a seat is free. A stranger has one of a few seats, for a short time; when all are taken,
+//! the oldest stranger leaves, of the address with the most. A peer is known when the server has
+//! opened a channel for it, which it does for trusted certificates alone.
+
+use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use rungd_base::locked::locked;
+use rungd_io::seats::{ANY_GUEST, SeatClient, SeatSettings, Seats, TakenSeat};
+use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
+use tokio::net::{TcpListener, TcpStream};
+use tokio::sync::Notify;
+use tokio::time::sleep;
+
+use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner, FrameStart};
+use crate::journal::{ClientLine, ServerLines};
+
+/// The most strangers at a time.
+const STRANGERS_MAX: usize = 32;
+/// The longest stay of a stranger.
+const STRANGER_MAX: Duration = Duration::from_secs(30);
+/// The connections of known peers beyond one for each session.
+const SPARE: usize = 10;
+/// How much is carried at a time, bytes.
+const PIECE: usize = 16_384;
+
+/// The gate.
+pub struct Gate {
+    /// Where the server listens.
+    inner: SocketAddr,
+    /// Whether sessions without encryption are possible.
+    insecure: bool,
+    strangers: Seats,
+    known: Seats,
+    lines: ServerLines,
+}
+
+/// What a gate lets in.
+#[derive(Clone, Copy, Debug)]
+pub struct GateTerms {
+    /// Where the server listens.
+    pub inner: SocketAddr,
+    /// Whether sessions without encryption are possible.
+    pub insecure: bool,
+    /// The most sessions.
+    pub sessions: usize,
+}
+
+/// Where the server listens: for the gate alone.
+pub fn inner_address() -> SocketAddr {
+    SocketAddr::from((Ipv4Addr::LOCALHOST, 0))
+}
+
+impl Gate {
+    /// A gate with all seats free.
+    pub fn new(terms: GateTerms, lines: ServerLines) -> Gate {
+        let seats = |count_max: usize| {
+            Seats::new(SeatSettings {
+                count_max,
+                reserved: 0,
+                idle_max: STRANGER_MAX,
+                wait_max: Duration::ZERO,
+                rest: Duration::from_millis(100),
+            })
+        };
+        let GateTerms { inner, insecure, sessions } = terms;
+        let (strangers, known) = (seats(STRANGERS_MAX), seats(sessions + SPARE));
+        Gate { inner, insecure, strangers, known, lines }
+    }
+
+    /// Lets clients in, as long as it is polled.
+    pub async fn serve(self: Arc<Gate>, listener: TcpListener) {
+        loop {
+            let Ok((client, address)) = listener.accept().await else {
+                self.strangers.make_room().await;
+                continue;
+            };
+            let Some(seat) = self.strangers.take(guest(address.ip())) else { continue };
+            let gate = Arc::clone(&self);
+            tokio::spawn(async move { gate.converse(client, address, seat).await });
+        }
+    }
+
+    /// Carries a connection until it ends.
+    async fn converse(&self, client: TcpStream, address: SocketAddr, seat: Arc<TakenSeat>) {
+        let Ok(server) = TcpStream::connect(self.inner).await else { return };
+        let _ = (client.set_nodelay(true), server.set_nodelay(true));
+        let opened = Notify::new();
+        let carried = carry(client, server, self.insecure, &opened);
+        tokio::pin!(carried);
+        let ended = tokio::select! {
+            ended = &mut carried => Some(ended),
+            () = seat.asked_to_leave() => return,
+            () = sleep(STRANGER_MAX) => return,
+            () = opened.notified() => None,
+        };
+        drop(seat);
+        let ended = match ended {
+            Some(ended) => ended,
+            None => {
+                let Some(seat) = self.known.take(ANY_GUEST) else {
+                    return self.tell(address, "all seats of known clients are taken");
+                };
+                seat.set_busy(true);
+                carried.await
+            }
+        };
+        if let Err(refusal) = ended {
+            self.tell(address, &refusal.to_string());
+        }
+    }
+
+    fn tell(&self, address: SocketAddr, why: &str) {
+        let line = format!("closed the connection of {address}: {why}");
+        self.lines.say(ClientLine::Closed, &line);
+    }
+}
+
+/// The address as a user of seats: of IPv6 its network, in which a host has addresses at will.
+fn guest(ip: IpAddr) -> SeatClient {
+    let user = match ip {
+        IpAddr::V4(ip) => ip.to_bits(),
+        IpAddr::V6(ip) => {
+            let network = ip.to_bits() >> 64;
+            (network ^ (network >> 32)) as u32
+        }
+    };
+    SeatClient { user, ..ANY_GUEST }
+}
+
+/// Carries the bytes of both directions until one of them ends. `opened` is told when the server
+/// has opened a channel in which sessions are possible.
+async fn carry(
+    client: TcpStream,
+    server: TcpStream,
+    insecure: bool,
+    opened: &Notify,
+) -> Result<(), FrameRefusal> {
+    let (from_client, to_client) = client.into_split();
+    let (from_server, to_server) = server.into_split();
+    let rules = Mutex::new(ClientRules::new(insecure));
+    let asks = |frame: FrameStart<'_>| locked(&rules).judge(frame);
+    let answers = |frame: FrameStart<'_>| {
+        if frame.kind == FrameKind::Open && locked(&rules).wants_session() {
+            opened.notify_one();
+        }
+        Ok(())
+    };
+    tokio::select! {
+        ended = pipe(from_client, to_server, asks) => ended,
+        ended = pipe(from_server, to_client, answers) => ended,
+    }
+}
+
+/// Carries one direction until it ends.
+async fn pipe(
+    mut from: impl AsyncRead + Unpin,
+    mut to: impl AsyncWrite + Unpin,
+    mut judge: impl FnMut(FrameStart<'_>) -> Result<(), FrameRefusal>,
+) -> Result<(), FrameRefusal> {
+    let (mut piece, mut scanner) = (vec![0; PIECE], FrameScanner::default());
+    loop {
+        let Ok(count @ 1..) = from.read(&mut piece).await else { return Ok(()) };
+        scanner.take(&piece[..count], &mut judge)?;
+        if to.write_all(&piece[..count]).await.is_err() {
+            return Ok(());
+        }
+    }
+}
