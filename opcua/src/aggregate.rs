@@ -12,18 +12,18 @@ const INTERVALS_MAX: i64 = 10_000;
 
 /// A part of the time, ns since 1970 (UTC), without its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Interval {
+pub struct PastInterval {
     /// Its begin.
     pub start_ns: i64,
     /// Its end.
     pub end_ns: i64,
 }
 
-impl Interval {
+impl PastInterval {
     /// Its intervals of this length, ms; 0: it is one interval. `None`: it is empty, or they are
     /// too many.
-    pub fn divided(self, length_ms: f64) -> Option<Vec<Interval>> {
-        let Interval { start_ns, end_ns } = self;
+    pub fn divided(self, length_ms: f64) -> Option<Vec<PastInterval>> {
+        let PastInterval { start_ns, end_ns } = self;
         let whole_ns = end_ns.saturating_sub(start_ns);
         // A NaN becomes 0, and what is too large the largest number.
         let length_ns = match (length_ms * 1e6) as i64 {
@@ -37,7 +37,7 @@ impl Interval {
         let mut start = start_ns;
         while start < end_ns {
             let end = start.saturating_add(length_ns).min(end_ns);
-            intervals.push(Interval { start_ns: start, end_ns: end });
+            intervals.push(PastInterval { start_ns: start, end_ns: end });
             start = end;
         }
         Some(intervals)
@@ -73,8 +73,8 @@ impl Aggregate {
     }
 
     /// The value of an interval; without a number in it, "no data".
-    pub fn value(self, values: &[PastValue], interval: Interval) -> DataValue {
-        let Interval { start_ns, end_ns } = interval;
+    pub fn value(self, values: &[PastValue], interval: PastInterval) -> DataValue {
+        let PastInterval { start_ns, end_ns } = interval;
         let pieces = pieces(values, interval);
         let numbers = pieces.iter().map(|(number, _)| *number);
         let result = match self {
@@ -95,7 +95,10 @@ impl Aggregate {
 }
 
 /// The numbers of an interval, each with the time for which it holds in it, ns.
-fn pieces(values: &[PastValue], Interval { start_ns, end_ns }: Interval) -> Vec<(f64, i64)> {
+fn pieces(
+    values: &[PastValue],
+    PastInterval { start_ns, end_ns }: PastInterval,
+) -> Vec<(f64, i64)> {
     let first = values.partition_point(|value| value.unix_ns <= start_ns).saturating_sub(1);
     let mut pieces = Vec::new();
     for (at, value) in values.iter().enumerate().skip(first) {
@@ -140,7 +143,7 @@ mod tests {
     fn a_value_holds_until_the_next_in_an_average() {
         let values = [past(-5, 2.0), past(10, 4.0), past(30, 100.0)];
         let answer = |aggregate: Aggregate, start_ns, end_ns| {
-            aggregate.value(&values, Interval { start_ns, end_ns })
+            aggregate.value(&values, PastInterval { start_ns, end_ns })
         };
         let of = |aggregate, start, end| answer(aggregate, start, end).value.expect("a value");
         // 10 ns of 2 and 10 ns of 4.
@@ -155,11 +158,11 @@ mod tests {
 
     #[test]
     fn a_span_is_divided_into_intervals_up_to_the_end_of_time() {
-        let divided = |start_ns, end_ns, ms| Interval { start_ns, end_ns }.divided(ms);
+        let divided = |start_ns, end_ns, ms| PastInterval { start_ns, end_ns }.divided(ms);
         let parts = divided(0, 2_500_000, 1.0).expect("three");
         assert_eq!(parts.len(), 3);
-        assert_eq!(parts[2], Interval { start_ns: 2_000_000, end_ns: 2_500_000 });
-        assert_eq!(divided(5, 9, 0.0).expect("one"), [Interval { start_ns: 5, end_ns: 9 }]);
+        assert_eq!(parts[2], PastInterval { start_ns: 2_000_000, end_ns: 2_500_000 });
+        assert_eq!(divided(5, 9, 0.0).expect("one"), [PastInterval { start_ns: 5, end_ns: 9 }]);
         for none in [divided(9, 9, 1.0), divided(9, 5, 1.0), divided(0, i64::MAX, 1.0)] {
             assert_eq!(none, None);
         }

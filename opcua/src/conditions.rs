@@ -20,7 +20,7 @@ use crate::alarms::{AlarmEvent, PlainEvent, StandingAlarms, alarm_of};
 use crate::follow::PlantController;
 use crate::journal::{ClientLine, ServerLines};
 use crate::manager::{text_id, user};
-use crate::shelving::ShelvingMethod;
+use crate::shelving::{ShelfMethods, ShelvingMethod};
 
 /// The methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -53,8 +53,8 @@ pub struct ConditionMethods {
     pub lines: ServerLines,
     /// Whether clients may acknowledge.
     pub may_acknowledge: bool,
-    /// Whether clients may shelve alarms.
-    pub may_shelve: bool,
+    /// Those of shelves.
+    pub shelves: ShelfMethods,
     /// The last event of each alarm.
     pub standing: StandingAlarms,
 }
@@ -155,7 +155,7 @@ impl NodeManager for ConditionMethods {
                 Some(ConditionMethod::Acknowledge) => self.acknowledge(context, call).await,
                 Some(ConditionMethod::Refresh) => self.refresh(context),
                 Some(ConditionMethod::Shelving(method)) => {
-                    self.shelving(method, call, user(context)).await
+                    self.shelves.call(method, call, user(context)).await
                 }
                 None => StatusCode::BadMethodInvalid,
             };

@@ -31,7 +31,7 @@ const SPARE: usize = 10;
 const PIECE: usize = 16_384;
 
 /// The gate.
-pub struct Gate {
+pub struct ClientGate {
     /// Where the server listens.
     inner: SocketAddr,
     /// Whether sessions without encryption are possible.
@@ -57,9 +57,9 @@ pub fn inner_address() -> SocketAddr {
     SocketAddr::from((Ipv4Addr::LOCALHOST, 0))
 }
 
-impl Gate {
+impl ClientGate {
     /// A gate with all seats free.
-    pub fn new(terms: GateTerms, lines: ServerLines) -> Gate {
+    pub fn new(terms: GateTerms, lines: ServerLines) -> ClientGate {
         let seats = |count_max: usize| {
             Seats::new(SeatSettings {
                 count_max,
@@ -71,11 +71,11 @@ impl Gate {
         };
         let GateTerms { inner, insecure, sessions } = terms;
         let (strangers, known) = (seats(STRANGERS_MAX), seats(sessions + SPARE));
-        Gate { inner, insecure, strangers, known, lines }
+        ClientGate { inner, insecure, strangers, known, lines }
     }
 
     /// Lets clients in, as long as it is polled.
-    pub async fn serve(self: Arc<Gate>, listener: TcpListener) {
+    pub async fn serve(self: Arc<ClientGate>, listener: TcpListener) {
         loop {
             let Ok((client, address)) = listener.accept().await else {
                 self.strangers.make_room().await;

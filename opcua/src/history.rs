@@ -21,7 +21,7 @@ use rungd_config::controller::OUTPUT_UNKNOWN;
 use rungd_fleet::opcua::OpcUaSettings;
 use tokio::sync::Mutex;
 
-use crate::aggregate::{Aggregate, Interval};
+use crate::aggregate::{Aggregate, PastInterval};
 use crate::follow::PlantController;
 use crate::journal::{ClientLine, ServerLines};
 use crate::pages::{PastPage, PastRest, PastValue, WaitingElements};
@@ -162,7 +162,7 @@ impl HistoryReader {
             return node.set_status(StatusCode::BadAggregateNotSupported);
         };
         let (from_ns, until_ns) = (unix_ns(&details.start_time), unix_ns(&details.end_time));
-        let span = Interval { start_ns: from_ns, end_ns: until_ns };
+        let span = PastInterval { start_ns: from_ns, end_ns: until_ns };
         let Some(intervals) = span.divided(details.processing_interval) else {
             return node.set_status(StatusCode::BadInvalidArgument);
         };

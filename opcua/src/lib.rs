@@ -3,8 +3,9 @@
 //! A program of its own, because the OPC UA library is large, and a client of the operator's
 //! socket: the daemon opens no port for it. `follow` reads the scan log on a thread; `publish` puts
 //! the changes into the address space and tells the subscriptions; `manager` answers writes and
-//! reads of the past, `gate` lets clients in. OPCUA.toml is read by `rungd_fleet::opcua`. A library,
-//! so that `fuzz` can call what reads the bytes of strangers.
+//! reads of the past, `gate` lets clients in. OPCUA.toml is read by `rungd_fleet::opcua`.
+//!
+//! A library, so that `fuzz` can call what reads the bytes of strangers.
 //!
 //! ```text
 //!  operator's socket ─► follow (ChangeFollower, status) ─► publish ─► address space

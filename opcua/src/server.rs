@@ -25,10 +25,11 @@ use crate::alarms::StandingAlarms;
 use crate::certificates::{make_own, prune_rejected};
 use crate::conditions::ConditionMethods;
 use crate::follow::{self, PlantController, PlantReport};
-use crate::gate::{Gate, GateTerms, inner_address};
+use crate::gate::{ClientGate, GateTerms, inner_address};
 use crate::journal::{ServerLines, say};
 use crate::manager::{PlantManagerBuilder, PlantNodes};
 use crate::publish::Publisher;
+use crate::shelving::ShelfMethods;
 use crate::types::InheritingTypes;
 use crate::users::ServerUsers;
 
@@ -67,7 +68,11 @@ async fn serve(settings: &OpcUaSettings) -> Result<()> {
         followed: followed.clone(),
         lines: lines.clone(),
         may_acknowledge: settings.may_acknowledge,
-        may_shelve: settings.may_shelve,
+        shelves: ShelfMethods {
+            followed: followed.clone(),
+            lines: lines.clone(),
+            may_shelve: settings.may_shelve,
+        },
         standing: Arc::clone(&standing),
     };
     let (server, handle) = made(settings, followed.clone(), methods)?;
@@ -91,7 +96,7 @@ async fn serve(settings: &OpcUaSettings) -> Result<()> {
 /// The server, the gate before it, and the address at which clients come.
 struct GatedServer {
     public: TcpListener,
-    gate: Arc<Gate>,
+    gate: Arc<ClientGate>,
     serving: JoinHandle<Result<(), String>>,
 }
 
@@ -120,7 +125,7 @@ async fn gated(
         sleep(Duration::from_millis(1)).await;
     }
     port.store(public.local_addr()?.port(), Ordering::Relaxed);
-    Ok(GatedServer { public, gate: Arc::new(Gate::new(terms, lines)), serving })
+    Ok(GatedServer { public, gate: Arc::new(ClientGate::new(terms, lines)), serving })
 }
 
 fn how_secure(settings: &OpcUaSettings) -> String {

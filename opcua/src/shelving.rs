@@ -12,9 +12,8 @@ use rungd_client::operator::protocol::{
 };
 
 use crate::alarms::alarm_of;
-use crate::conditions::ConditionMethods;
-use crate::follow::NotDone;
-use crate::journal::ClientLine;
+use crate::follow::{NotDone, PlantController};
+use crate::journal::{ClientLine, ServerLines};
 use crate::manager::text_id;
 
 /// The methods, each in its form with a comment too.
@@ -124,14 +123,19 @@ fn shelf_ms(time: &Variant) -> Result<u64, StatusCode> {
     }
 }
 
-impl ConditionMethods {
+/// Carries out the methods.
+pub struct ShelfMethods {
+    /// The controller.
+    pub followed: PlantController,
+    /// The lines that clients can cause.
+    pub lines: ServerLines,
+    /// Whether clients may shelve alarms.
+    pub may_shelve: bool,
+}
+
+impl ShelfMethods {
     /// Carries out a method for a user, and writes the line about it.
-    pub async fn shelving(
-        &self,
-        method: ShelvingMethod,
-        call: &MethodCall,
-        who: &str,
-    ) -> StatusCode {
+    pub async fn call(&self, method: ShelvingMethod, call: &MethodCall, who: &str) -> StatusCode {
         if !self.may_shelve {
             return StatusCode::BadUserAccessDenied;
         }

@@ -9,12 +9,13 @@ use opcua::types::{
 };
 use rungd_client::live::TagType;
 
-use crate::status::STATUS;
 use crate::tags::{DEVICES, PROGRAMS, PlantNode, PlantVariable, TAGS};
 use crate::values;
 
 /// The id of the object of the controller.
 pub const ROOT: &str = "/";
+/// The id of the folder of the status.
+pub const STATUS: &str = "/status";
 /// The id of the folder of the alarms.
 pub const ALARMS: &str = "/alarms";
 /// The units of the standard's own list.

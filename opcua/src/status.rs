@@ -5,10 +5,7 @@ use opcua::server::address_space::AddressSpace;
 use opcua::types::{DataTypeId, NodeId, QualifiedName, VariableTypeId, Variant};
 use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
 
-use crate::space::node_id;
-
-/// The id of the folder of the status.
-pub const STATUS: &str = "/status";
+use crate::space::{STATUS, node_id};
 
 /// A value of the status: its name, its type, its content.
 type StatusValue = (&'static str, DataTypeId, fn(&ControllerStatus, &AlarmList) -> Variant);

@@ -13,7 +13,7 @@ use opcua::types::{
 use rungd_client::live::TagType;
 use rungd_language::source::wording::is_unseen;
 
-use crate::aggregate::{Aggregate, Interval};
+use crate::aggregate::{Aggregate, PastInterval};
 use crate::certificates::shown_name;
 use crate::frames::{ClientRules, FrameRefusal, FrameScanner};
 use crate::history::RawSpan;
@@ -90,7 +90,7 @@ fn raw(bytes: &[u8]) {
 fn processed(bytes: &[u8]) {
     let Some(details) = decoded::<ReadProcessedDetails>(bytes) else { return };
     let span =
-        Interval { start_ns: unix_ns(&details.start_time), end_ns: unix_ns(&details.end_time) };
+        PastInterval { start_ns: unix_ns(&details.start_time), end_ns: unix_ns(&details.end_time) };
     let Some(intervals) = span.divided(details.processing_interval) else { return };
     assert!(!intervals.is_empty() && intervals.len() <= 10_000);
     let value = |unix_ns| PastValue { unix_ns, value: Variant::from(1), status: StatusCode::Good };

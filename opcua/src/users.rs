@@ -15,8 +15,8 @@ use rungd_web::UserDirectory;
 
 use crate::journal::{ClientLine, ServerLines};
 
-/// The wait after a wrong password. Each leaves a session for a minute in the library: a client that
-/// tries again and again takes 30 of the 50.
+/// The wait after a wrong password. Each leaves a session for a minute in the library: a client
+/// that tries again and again takes 30 of the 50.
 const WRONG_WAIT: Duration = Duration::from_secs(2);
 
 /// The users of a server.

@@ -1,0 +1,193 @@
+#!/usr/bin/env python3
+"""Fifty OPC UA sessions for ten minutes, with a controller beside them and a control run.
+
+    cargo build --release -p rungd -p rungd-opcua && nice -n 19 benches/opcua_crowd.py [SECONDS]
+
+Two equal controllers (10,000 tags, of which 1,000 change every 100 ms, 10 ms a scan) run at the same time. In the first
+run `rungd-opcua` serves fifty sessions from one of them, each with 20 monitored items of which ten change every 100 ms;
+all clients are in one process, as nice as this one. In the control run the server and its clients are replaced by fifty
+processes that only use as much of the processors. So what a run adds to the overruns of the first controller and not
+to those of the second one is the server's. Prints the overruns of both in both runs, the memory of the server once a
+minute, and the values that were received and lost. Needs pip: asyncua. docs/opcua.md has the figures.
+"""
+
+import asyncio
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from asyncua import Client, ua
+
+from processes import free_port, megabytes, seconds
+
+TAGS, CHANGING, SESSIONS = 10_000, 1_000, 50
+STATIC, MOVING = 10, 10
+# The server as its unit runs it.
+SERVER_NICE = 10
+BUILT = Path(os.environ.get("CARGO_TARGET_DIR", Path(__file__).resolve().parent.parent / "target")) / "release"
+RUNGD = os.environ.get("RUNGD_BIN", BUILT / "rungd")
+
+
+def write_files(folder, port):
+    tags = "\n".join(f'value{n} = {{ at = "D{n}" }}' for n in range(TAGS))
+    do = ",\n".join(f'"MATH value{n} = value{n} + 1"' for n in range(CHANGING))
+    rung = f'[[program.rung]]\nwhen = ["rise($100ms)"]\ndo = [\n{do},\n]\n'
+    (folder / "ladder.toml").write_text(f'[ladder]\nname = "t"\n[tags]\n{tags}\n[[program]]\nname = "Main"\n{rung}')
+    for name in ("served", "beside"):
+        (folder / f"{name}.toml").write_text(f'ladder = ["ladder.toml"]\noperator.socket = "{name}.sock"\n'
+                                             f'scan.period = "10ms"\nmemory.D = {TAGS}\n')
+    (folder / "opcua.toml").write_text(
+        f'[server]\nname = "t"\nlisten = "127.0.0.1:{port}"\ncertificates = "pki"\ninsecure = true\n'
+        f'sessions = {SESSIONS}\n[controller]\nsocket = "served.sock"\n')
+
+
+class Counter:
+    """The values of a session, and those that a changing item skipped."""
+
+    def __init__(self):
+        self.values, self.lost, self.last = 0, 0, {}
+
+    def datachange_notification(self, node, val, data):
+        self.values += 1
+        name = node.nodeid.Identifier
+        if name in self.last and val is not None:
+            # A word counts to 32,767 and goes on at -32,768.
+            self.lost += (val - self.last[name] - 1) % 65536
+        self.last[name] = val if val is not None else self.last.get(name)
+
+
+async def session(url, at, counter, over):
+    async with Client(url, timeout=120) as client:
+        params = ua.CreateSubscriptionParameters(RequestedPublishingInterval=1000, RequestedLifetimeCount=3000)
+        subscription = await client.create_subscription(params, counter)
+        first = at * MOVING % CHANGING
+        names = [f"value{first + n}" for n in range(MOVING)] + [f"value{CHANGING + n}" for n in range(STATIC)]
+        nodes = [client.get_node(ua.NodeId(name, 2)) for name in names]
+        await subscription.subscribe_data_change(nodes, queuesize=100, sampling_interval=0)
+        await over.wait()
+
+
+def crowd(url, ready, report):
+    """All sessions, in this process, until a signal ends it."""
+    import logging
+    logging.disable(logging.CRITICAL)
+
+    async def whole():
+        over, counters = asyncio.Event(), [Counter() for _ in range(SESSIONS)]
+        asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, over.set)
+        tasks = [asyncio.create_task(session(url, at, one, over)) for at, one in enumerate(counters)]
+        while not all(one.values for one in counters):
+            await asyncio.sleep(0.2)
+        os.write(ready, b"r")
+        await over.wait()
+        await asyncio.gather(*tasks)
+        os.write(report, json.dumps([sum(one.values for one in counters), sum(one.lost for one in counters)]).encode())
+    asyncio.run(whole())
+
+
+def burner(share):
+    """Uses a share of a processor."""
+    while True:
+        began = time.process_time()
+        while time.process_time() - began < share * 0.1:
+            pass
+        time.sleep(0.1 * (1 - share))
+
+
+def forked(act, *arguments):
+    child = os.fork()
+    if child == 0:
+        try:
+            act(*arguments)
+        finally:
+            os._exit(0)
+    return child
+
+
+def overruns(folder, name):
+    shown = subprocess.run([RUNGD, "status", "--socket", f"{name}.sock", "--json"], cwd=folder,
+                           capture_output=True, text=True, check=True).stdout
+    scan = json.loads(shown)["scan"]
+    return scan["overruns"]
+
+
+class Measured:
+    """The overruns of both controllers from now on."""
+
+    def __init__(self, folder):
+        self.folder, self.before = folder, {name: overruns(folder, name) for name in ("served", "beside")}
+
+    def text(self):
+        added = {name: overruns(self.folder, name) - before for name, before in self.before.items()}
+        return f"overruns {added['served']} of the served controller, {added['beside']} of the one beside it"
+
+
+def answers(log, process):
+    while "INFO" not in log.read_text() and "answers" not in log.read_text():
+        assert process.poll() is None, log.read_text()
+        time.sleep(0.1)
+
+
+def main():
+    lasts = float(sys.argv[1]) if len(sys.argv) > 1 else 600
+    with tempfile.TemporaryDirectory() as folder:
+        folder, port = Path(folder), free_port()
+        write_files(folder, port)
+        processes = []
+
+        def start(words, name, nice):
+            log = folder / f"{name}.log"
+            with open(log, "wb") as out:
+                own = os.nice(0)
+                process = subprocess.Popen(words, cwd=folder, stdout=out, stderr=out, preexec_fn=lambda: os.setpriority(
+                    os.PRIO_PROCESS, 0, nice))
+            assert own >= 0
+            processes.append(process)
+            answers(log, process)
+            return process
+
+        for name in ("served", "beside"):
+            start([RUNGD, "run", f"{name}.toml"], name, 0)
+        serving = start([BUILT / "rungd-opcua", "opcua.toml"], "opcua", SERVER_NICE)
+        (ready, tells_ready), (report, tells) = os.pipe(), os.pipe()
+        child = forked(crowd, f"opc.tcp://127.0.0.1:{port}/", tells_ready, tells)
+        assert os.read(ready, 1) == b"r"
+        time.sleep(5)
+        measured, begin, used = Measured(folder), time.monotonic(), [seconds(serving.pid), seconds(child)]
+        memory = [megabytes(serving.pid)]
+        while (left := lasts - (time.monotonic() - begin)) > 0:
+            time.sleep(min(60, left))
+            memory.append(megabytes(serving.pid))
+        took = time.monotonic() - begin
+        used = [(seconds(pid) - before) / took for pid, before in zip((serving.pid, child), used)]
+        print(f"{SESSIONS} sessions, {took:.0f} s: {measured.text()}")
+        print(f"rungd-opcua {used[0]:.1%} of a core, its clients {used[1]:.1%}")
+        print("memory of rungd-opcua, MB:", " ".join(f"{one:.0f}" for one in memory), flush=True)
+        os.kill(child, signal.SIGTERM)
+        received, lost = json.loads(os.read(report, 100))
+        print(f"{received} values received, {lost} lost", flush=True)
+        os.waitpid(child, 0)
+        serving.send_signal(signal.SIGTERM)
+        serving.wait(20)
+
+        burners = [forked(burner, sum(used) / SESSIONS) for _ in range(SESSIONS)]
+        time.sleep(5)
+        measured, begin, before = Measured(folder), time.monotonic(), sum(map(seconds, burners))
+        time.sleep(lasts)
+        took = time.monotonic() - begin
+        share = (sum(map(seconds, burners)) - before) / took
+        print(f"control, {SESSIONS} processes with {share:.1%} of a core, {took:.0f} s: {measured.text()}")
+        for pid in burners:
+            os.kill(pid, signal.SIGKILL)
+            os.waitpid(pid, 0)
+        for process in processes[:2]:
+            process.send_signal(signal.SIGTERM)
+            process.wait(20)
+
+
+main()
