@@ -1,17 +1,20 @@
 #!/bin/sh
-# Wake-up lateness of rungd's scan thread compared with cyclictest's, at 1 ms, in the same minute.
+# Wake-up lateness of rungd's scan thread compared with cyclictest's, in the same minute.
 #
-# usage: benches/lateness.sh [SECONDS [SECONDS_A_TURN]]      (default 60, 3)
+# usage: [PERIOD_US=1000] [SPIN_US=0] benches/lateness.sh [SECONDS [SECONDS_A_TURN]]      (default 60, 3)
 #
 # cyclictest (apt: rt-tests) and rungd run in alternate turns of a few seconds, with the same posture:
 # SCHED_FIFO 80, timer slack 1 ns, /dev/cpu_dma_latency held at 0 (cyclictest holds it by itself).
 # If SCHED_FIFO is not permitted, both run without it. Turns are short and medians are used, because on
 # a virtual machine the hypervisor makes the tail of any single turn. It prints the medians over the
-# turns of each program, and the ratio of the p99s; the aim is 1.2.
+# turns of each program, and the ratio of the p99s; the aim is 1.2. With SPIN_US rungd is awake so long before each
+# scan.
 set -eu
 
 seconds=${1:-60}
 turn=${2:-3}
+period=${PERIOD_US:-1000}
+spin=${SPIN_US:-0}
 here=$(cd "$(dirname "$0")/.." && pwd)
 rungd=${RUNGD:-$here/target/release/rungd}
 [ -x "$rungd" ] || { echo "no $rungd: cargo build --release, or set RUNGD" >&2; exit 1; }
@@ -35,11 +38,12 @@ cat >"$work/controller.toml" <<CONTROLLER
 ladder = ["ladder.toml"]
 
 [scan]
-period   = "1ms"
+period   = "${period}us"
 
 [realtime]
 $policy
 cpu-latency = "0us"
+spin = "${spin}us"
 CONTROLLER
 
 # Percentiles of cyclictest's histograms (a value in us and its count on each line), of all turns.
@@ -70,10 +74,10 @@ turns=$((seconds / turn / 2))
 [ "$turns" -ge 1 ] || turns=1
 n=0
 while [ "$n" -lt "$turns" ]; do
-    cyclictest --quiet --mlockall --priority=$priority --interval=1000 --threads=1 \
+    cyclictest --quiet --mlockall --priority=$priority --interval="$period" --threads=1 \
         --duration="$turn" --histogram=20000 >"$work/cyclictest.$n" 2>/dev/null
     percentiles "$work/cyclictest.$n" >"$work/turn.$n"
-    "$rungd" run "$work/controller.toml" --scans $((turn * 1000)) --log-format json \
+    "$rungd" run "$work/controller.toml" --scans $((turn * 1000000 / period)) --log-format json \
         2>"$work/log.$n"
     grep 'statistics of the whole run' "$work/log.$n" >"$work/rungd.$n"
     n=$((n + 1))

@@ -49,7 +49,7 @@ pub fn export(args: &ExportArgs) -> Result<Exit> {
     if args.output.extension().is_some_and(|end| end.eq_ignore_ascii_case("csv")) {
         return documentation(args, asked.subject.program());
     }
-    let ladder = match exported(asked.subject.program(), asked.period_ms().into()) {
+    let ladder = match exported(asked.subject.program(), asked.period()) {
         Ok(ladder) => ladder,
         Err(refusals) => {
             refusals.iter().for_each(|refusal| {

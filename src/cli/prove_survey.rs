@@ -108,9 +108,13 @@ fn suite(ladders: &AskedLadders) -> Result<Option<Suite>> {
 }
 
 fn json_of(survey: &Survey, names: &str) -> Value {
+    let period_ms = match survey.period.whole_ms() {
+        Some(ms) => Value::from(ms),
+        None => Value::from(survey.period.ms()),
+    };
     json!({
         "ladder": names,
-        "period_ms": survey.period_ms,
+        "period_ms": period_ms,
         "facts": survey.facts.iter().map(Fact::json).collect::<Vec<_>>(),
     })
 }

@@ -20,6 +20,7 @@ use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
 use super::when::{LocalClock, RecordingPlace, WrittenTime};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::load;
 use rungd_history::playback::{Playback, Verified, subject_and_settings, whole_program};
 use rungd_history::record::{RecordedStretch, Recording, RecordingSummary};
@@ -325,14 +326,14 @@ fn test(recording: Recording, part: &RecordedPart, output: &Path) -> Result<Exit
     let clock = LocalClock::here();
     let name = format!("as recorded on {}", clock.text(recording.head(first).begin_ns));
     let (subject, controller) = subject_and_settings(&program).map_err(anyhow::Error::msg)?;
-    let period_ms = controller.map_or(10, |controller| controller.period_ms);
+    let period = controller.map_or(ScanPeriod::DEFAULT, |controller| controller.period);
     let mut playback = Playback::new(recording, whole_program);
     let made = (first..range.end).map(|at| playback.section(at));
     let made: Vec<TapeSection> = made.collect::<Result<_, _>>()?;
     let controller_text = program.files.first().map_or("", |file| &file.text);
     let ladders = program.files.iter().skip(1).take(load::ladders_named(controller_text));
     let ladders = ladders.map(|file| file.name.clone()).collect();
-    let source = ScenarioOf { subject: &subject, ladders, period_ms, sections: &made, name };
+    let source = ScenarioOf { subject: &subject, ladders, period, sections: &made, name };
     let text = scenario(&source);
     if output == Path::new("-") {
         print(&text)?;

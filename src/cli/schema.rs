@@ -133,6 +133,10 @@ impl SchemaWriter {
                 json!({ "type": "array", "items": item })
             }
             ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
+            ValueForm::Period => {
+                let pattern = format!("{DURATION}|^[0-9]+us$");
+                json!({ "type": "string", "pattern": pattern, "minLength": 1 })
+            }
             ValueForm::Constant => json!({ "type": ["number", "string", "boolean"] }),
             ValueForm::Constants => {
                 let one = self.form(&ValueForm::Constant);

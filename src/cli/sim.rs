@@ -15,13 +15,12 @@ use super::terminal::{say, say_findings};
 use super::trace_file::{self, TraceFile};
 use super::watched_operands;
 use rungd_base::calendar;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::Controller;
 use rungd_config::load;
 use rungd_engine::Image;
 use rungd_engine::isa::duration::{self, DurationError, not_a_duration};
-use rungd_lab::rig::simulation::{
-    self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, StimulusTargets,
-};
+use rungd_lab::rig::simulation::{self, DEFAULT_SCANS, Simulation, StimulusTargets};
 use rungd_lab::traces::stimulus::{Stimulus, StimulusRows};
 use rungd_lab::traces::trace::{ChangesOnly, RowName, Trace};
 use rungd_language::resolve::program::Program;
@@ -35,7 +34,7 @@ pub struct SimArgs {
     files: Vec<PathBuf>,
     /// Time between two scans (default 10ms; a controller file has its own)
     #[arg(long, value_parser = period)]
-    period: Option<u32>,
+    period: Option<ScanPeriod>,
     /// How many scans to run (default 100)
     #[arg(long, value_name = "N", conflicts_with = "time")]
     scans: Option<u64>,
@@ -63,11 +62,15 @@ pub struct SimArgs {
     stop: bool,
 }
 
-fn period(text: &str) -> Result<u32, String> {
-    match time(text)? {
-        0 => Err("a period is at least 1ms".to_owned()),
-        ms => Ok(ms),
-    }
+/// The longest period, µs.
+const PERIOD_US_MAX: u64 = i32::MAX as u64 * 1000;
+
+fn period(text: &str) -> Result<ScanPeriod, String> {
+    let us = match ScanPeriod::written_us(text) {
+        Some(us) => us.min(PERIOD_US_MAX),
+        None => u64::from(time(text)?) * 1000,
+    };
+    ScanPeriod::of_us(us).ok_or(format!("a period is at least {}us", ScanPeriod::LEAST_US))
 }
 
 fn time(text: &str) -> Result<u32, String> {
@@ -119,11 +122,11 @@ pub fn sim(args: &SimArgs) -> Result<Exit> {
 fn simulate(args: &SimArgs, program: &Program, controller: Option<Controller>) -> Result<()> {
     trace_file::refuse_other_forms("--trace", &args.trace)?;
     trace_file::refuse_changes(args.changes, &args.trace)?;
-    let period_ms = period_ms(args, controller.as_ref())?;
-    let simulation = simulation(args, period_ms)?;
-    let lowered = simulation::lowered(program, controller, period_ms);
+    let period = scan_period(args, controller.as_ref())?;
+    let simulation = simulation(args, period)?;
+    let lowered = simulation::lowered(program, controller, period);
     let watched = watched_operands::watched(args.watch.as_deref(), program, &lowered.symbols)?;
-    let mut stimulus = stimulus(args, period_ms, &StimulusTargets::of(program, &lowered))?;
+    let mut stimulus = stimulus(args, period, &StimulusTargets::of(program, &lowered))?;
     let (rows, planned) = (stimulus.take_rows(), simulation.scans);
     let run = |trace: &mut dyn Trace| -> Result<()> {
         let mut counted = CountedTrace { trace, scans: 0 };
@@ -162,38 +165,39 @@ fn warn_of_rows(args: &SimArgs, rows: &StimulusRows, executed: u64, planned: u64
     say(&format!("warning: {}:{}: {}\n", path.display(), row.line, row.message));
 }
 
-fn period_ms(args: &SimArgs, controller: Option<&Controller>) -> Result<u32> {
+fn scan_period(args: &SimArgs, controller: Option<&Controller>) -> Result<ScanPeriod> {
     match (args.period, controller) {
         (Some(_), Some(_)) => {
             let message = "--period: a controller file has its own, `[scan] period`";
             Err(CommandLine(message.to_owned()).into())
         }
-        (Some(period_ms), None) => Ok(period_ms),
-        (None, Some(controller)) => Ok(controller.period_ms),
-        (None, None) => Ok(DEFAULT_PERIOD_MS),
+        (Some(period), None) => Ok(period),
+        (None, Some(controller)) => Ok(controller.period),
+        (None, None) => Ok(ScanPeriod::DEFAULT),
     }
 }
 
-fn simulation(args: &SimArgs, period_ms: u32) -> Result<Simulation> {
+fn simulation(args: &SimArgs, period: ScanPeriod) -> Result<Simulation> {
     let scans = match (args.scans, args.time) {
         (Some(scans), _) => scans,
-        (None, Some(ms)) => u64::from(ms).div_ceil(u64::from(period_ms)),
+        (None, Some(ms)) => period.scans_in_ms(ms.into()),
         (None, None) => DEFAULT_SCANS,
     };
-    if !simulation::fits(scans, period_ms) {
+    if !simulation::fits(scans, period) {
         bail!(
-            "{scans} scans at a period of {period_ms} ms last longer than time can be counted \
-             (584 years)"
+            "{scans} scans at a period of {} last longer than time can be counted \
+             (584 years)",
+            period.words()
         );
     }
     Ok(Simulation { scans, stop: args.stop, clock_s: args.clock })
 }
 
-fn stimulus(args: &SimArgs, period_ms: u32, targets: &StimulusTargets<'_>) -> Result<Stimulus> {
+fn stimulus(args: &SimArgs, period: ScanPeriod, targets: &StimulusTargets<'_>) -> Result<Stimulus> {
     let Some(path) = &args.stimulus else { return Ok(Stimulus::default()) };
     let name = path.display();
     let bytes = load::read_bytes(path).with_context(|| name.to_string())?;
     let Ok(text) = String::from_utf8(bytes) else { bail!("{name}: the file is not UTF-8 text") };
-    Stimulus::parse_timed(&text, period_ms, &|operand| targets.target(operand))
+    Stimulus::parse_timed(&text, period, &|operand| targets.target(operand))
         .map_err(|error| anyhow::anyhow!("{name}:{}: {}", error.line, error.message))
 }

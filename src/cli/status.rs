@@ -7,7 +7,7 @@ use super::exit::Exit;
 use super::operator::OperatorArgs;
 use super::read::table;
 use super::terminal::one_line;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_client::operator::protocol::{
     AlarmState, AlarmStatus, BlockStatus, ControllerStatus, LogStatus, PostureStatus, RecordStatus,
     Request, RetainStatus, ScanStatus, SpreadStatus, is_run,
@@ -147,7 +147,7 @@ fn scan_line(status: &ControllerStatus) -> String {
     let us = |us: u64| duration_text(us * 1000);
     format!(
         "every {}, watchdog {}; in {}: {}, {}, {skipped} skipped",
-        us(status.period_us),
+        period_text(status.period_us * 1000),
         us(status.watchdog_us),
         duration_text(over_ms * 1_000_000),
         count(*scans, "scan"),

@@ -15,10 +15,10 @@ use super::default_files::given_or_default;
 use super::exit::Exit;
 use super::foreign;
 use super::terminal::{plain_json, print, say, say_findings, say_line};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::load::{self, Loaded, identity};
 use rungd_history::observe::Subject;
 use rungd_lab::draw::xref::{CrossReferenceIndex, text};
-use rungd_lab::rig::simulation::DEFAULT_PERIOD_MS;
 use rungd_lab::testing::{self, TestTouch};
 use rungd_language::source::render::render;
 use rungd_language::source::wording::counted;
@@ -100,9 +100,9 @@ impl AskedProgram {
         tests(&self.loaded)
     }
 
-    /// The period of the controller file, in ms; of a ladder alone the default one.
-    pub fn period_ms(&self) -> u32 {
-        self.loaded.controller.as_ref().map_or(DEFAULT_PERIOD_MS, |controller| controller.period_ms)
+    /// The period of the controller file; of a ladder alone the default one.
+    pub fn period(&self) -> ScanPeriod {
+        self.loaded.controller.as_ref().map_or(ScanPeriod::DEFAULT, |controller| controller.period)
     }
 
     /// The index of the program, for look-ups.

@@ -276,7 +276,7 @@ fn pace(controller: &Controller) -> ScannerSettings {
     let statistics_ms = u64::from(controller.log.statistics_ms);
     ScannerSettings {
         tempo: Tempo {
-            period_ns: u64::from(controller.period_ms) * MS_NS,
+            period_ns: controller.period.ns(),
             watchdog_ns: u64::from(controller.watchdog_ms) * MS_NS,
         },
         scans: None,

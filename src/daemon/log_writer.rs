@@ -16,7 +16,7 @@ use super::posture;
 use super::told_statistics::{BeatState, tell_heartbeat};
 use super::watch_log::WatchLog;
 use super::watches::{WatchMessage, watch_news};
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_engine::isa::Real;
 use rungd_engine::{MathEvent, Mishap};
 use rungd_io::device::DeviceHealth;
@@ -124,7 +124,7 @@ impl LogWriter {
                     MODE_RUN,
                     scan,
                     "RUN: scanning every {}",
-                    duration_text(self.narration.tempo.period_ns)
+                    period_text(self.narration.tempo.period_ns)
                 )
             }
             Mode::Stop(reason) if reason.waits_for_operator() => {
@@ -242,7 +242,7 @@ impl LogWriter {
     fn overruns(&self, scan: u64, overruns: &ReportedOverruns) {
         let ReportedOverruns { count, skipped, scan_ns_max, late_ns_max } = *overruns;
         let (period, scan_us_max, late_us_max) =
-            (duration_text(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
+            (period_text(self.narration.tempo.period_ns), us(scan_ns_max), us(late_ns_max));
         // The cause of a long scan may be the ladder or a busy machine. This line cannot
         // distinguish them; the mean of the scan times in the statistics can.
         let cause = if scan_ns_max >= self.narration.tempo.period_ns {

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 
 use super::alarm_book::KnownAlarm;
 use super::retain::{COLD_BY_HAND, NothingKept};
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_config::controller::alarms::AlarmSettings;
 use rungd_config::controller::log::BlockLines;
 use rungd_config::controller::watch::WatchSettings;
@@ -294,7 +294,7 @@ impl Narration {
     /// explain it.
     pub fn remedy(&self, reason: FaultReason, facts: &LogFacts, scans: u64) -> String {
         let (period, watchdog) =
-            (duration_text(self.tempo.period_ns), duration_text(self.tempo.watchdog_ns));
+            (period_text(self.tempo.period_ns), duration_text(self.tempo.watchdog_ns));
         match reason {
             FaultReason::ScanTooLong { .. }
             | FaultReason::ScanNeverEnds

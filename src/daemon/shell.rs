@@ -38,7 +38,7 @@ use super::start_wait::{StartPart, StartWatch};
 use super::systemd::{self, DueNotices, Systemd};
 use super::told_statistics::tell_statistics;
 use super::watches::WatchPlan;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_base::faults::{self, FaultPoint};
 use rungd_engine::isa::{Bit, BitSpace};
 use rungd_engine::{self as engine, Engine};
@@ -149,7 +149,8 @@ pub fn run(
     let (alarms, news) = AlarmEnds::new(&setup.narration.alarms);
     let book = Arc::clone(&alarms.book);
     let writer = LogWriter::new(narration.clone(), facts, healths.clone(), alarms);
-    let clock = MachineClock { offset };
+    let spin_ns = u64::from(settings.posture.spin_us) * 1000;
+    let clock = MachineClock { offset, spin_ns };
     let (machine, tape) = runtime::tape(engine);
     let (mut prepared, reloader) = runtime::prepare(machine, clock, &settings, writer)?;
     inputs.iter().for_each(|x| prepared.port().set_input(*x, true));
@@ -465,7 +466,7 @@ fn tell_start(setup: &ControllerSetup) {
         sha256 = %ladder.sha256,
         blocks = ladder.blocks,
         rungs = ladder.rungs,
-        period = %duration_text(setup.pace.tempo.period_ns),
+        period = %period_text(setup.pace.tempo.period_ns),
         watchdog = %duration_text(setup.pace.tempo.watchdog_ns),
         "ladder loaded"
     );

@@ -5,7 +5,7 @@
 
 use super::log_queue::lines_dropped;
 use super::narration::us;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_runtime::Statistics;
 use rungd_runtime::say::say;
 
@@ -59,7 +59,7 @@ pub(super) fn tell_heartbeat(statistics: &Statistics, state: &BeatState) {
         HEARTBEAT,
         statistics,
         "scan statistics of the last {}",
-        format!("{mode} every {}", duration_text(period_ns)),
+        format!("{mode} every {}", period_text(period_ns)),
         mode = mode,
         forces = forces,
         log_lost = lines_dropped()

@@ -341,6 +341,18 @@ fn how_a_condition_becomes_true_is_a_test_that_passes_or_a_proof() {
 }
 
 #[test]
+fn a_line_at_a_period_of_no_whole_milliseconds_is_not_decided() {
+    let suite = PROVED.replace("always", "period = \"250us\"\nalways");
+    let files = Files::new("below-a-millisecond", &[("a.test.toml", &suite)]);
+    let answer = files.run(&["a.test.toml"]);
+    assert_eq!(code(&answer), Some(2), "{}", text(&answer));
+    let told = text(&answer);
+    assert!(told.contains("not decided: !(up & down)"), "{told}");
+    assert!(told.contains("the period is no whole number of them"), "{told}");
+    assert!(told.contains("every scan comes exactly 250 us after the last one"), "{told}");
+}
+
+#[test]
 fn how_begins_with_a_scan_of_a_recording() {
     let controller = "ladder = [\"ladder.toml\"]\n";
     let files = Files::new("how-recorded", &[("rungd.toml", controller)]);

@@ -169,13 +169,26 @@ fn the_length_of_a_simulation_is_given_in_scans_or_time() {
     assert_eq!(scans(&begun), ["0", "1", "2"], "a period that was begun counts");
     assert_eq!(place.trace("count.toml --watch X0 --scans 0"), "scan,time_ms,X0\n");
     place.refused("count.toml --scans 3 --for 1s", 2, "cannot be used with");
-    place.refused("count.toml --period 0ms", 2, "a period is at least 1ms");
+    place.refused("count.toml --period 0ms", 2, "a period is at least 100us");
     place.refused("count.toml --for soon", 2, "`soon` is not a duration");
     place.refused("count.toml --for 1,5s", 2, "its numbers are whole: write 1s500ms");
     place.refused("count.toml --for 1,5", 2, "it lacks its unit: write 1s500ms or 1m30s");
     place.refused("count.toml --period 10", 2, "it lacks its unit: write 10ms or 10s");
     place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
     place.refused("", 2, "FILE.toml");
+}
+
+#[test]
+fn timers_count_whole_milliseconds_at_a_period_below_one() {
+    let place = Place::new("below-a-millisecond");
+    let rung = "rung = [{ when = [\"$On\"], do = [\"ONDTMR T0 preset=2ms output=Y0\"] }]";
+    place.write("short.toml", &format!("[[program]]\nname = \"Main\"\n{rung}\n"));
+    let trace = place.trace("short.toml --period 400us --scans 8 --watch T0.Acc,Y0");
+    let rows: Vec<&str> = trace.lines().skip(1).collect();
+    let expected = ["0,0,0,0", "1,0.4,0,0", "2,0.8,0,0", "3,1.2,1,0", "4,1.6,1,0", "5,2,2,1"];
+    assert_eq!(rows[..6], expected);
+    assert_eq!(scans(&place.trace("short.toml --period 400us --for 3ms --watch Y0")).len(), 8);
+    place.refused("short.toml --period 99us", 2, "a period is at least 100us");
 }
 
 #[test]

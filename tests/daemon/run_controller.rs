@@ -46,6 +46,26 @@ fn a_run_of_a_given_number_of_scans_ends_in_an_orderly_stop() {
 }
 
 #[test]
+fn a_period_below_a_millisecond_scans_as_often_and_its_log_is_replayed() {
+    let settings = "scan.period = \"250us\"\nrealtime.spin = \"20us\"\n";
+    let plant = Plant::new(ALIVE, &format!("{settings}[record]\ndir = \"log\"\n"));
+    let (code, lines) = plant.run(&["--scans", "2000"]);
+    assert_eq!(code, 0);
+    find(&lines, "RUN: scanning every 250us");
+    let granted = &find(&lines, "real-time posture")["granted"];
+    assert_eq!(granted, "timer slack 1 ns, awake 20 us before each scan");
+    let whole = find(&lines, "scan statistics of the whole run");
+    let of = |field: &str| whole[field].as_f64().unwrap();
+    // Each grid point has its scan, or was skipped and counted.
+    let points = of("scans") + of("skipped");
+    assert!((of("over_us") / 250.0 - points).abs() <= 2.0, "{whole}");
+    let mut replay = Command::new(env!("CARGO_BIN_EXE_rungd"));
+    let replayed = replay.current_dir(&plant.0).args(["replay", "log"]).output().unwrap();
+    let told = String::from_utf8(replayed.stdout).unwrap();
+    assert!(told.contains("2,000 scans replayed") && told.contains("hashes equal"), "{told}");
+}
+
+#[test]
 fn an_alarm_is_logged_as_a_warning_and_its_end_with_its_duration() {
     let plant = Plant::new(ALIVE, "scan.period = \"2ms\"\n");
     let (_, lines) = plant.run(&["--scans", "60"]);

@@ -9,6 +9,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use rungd_base::random::SplitMix64;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::Controller;
 use rungd_config::controller::device::DriverSettings;
 use rungd_config::load::{self, OpenTexts};
@@ -294,7 +295,7 @@ fn device_ladder() -> Arc<DeviceProgram> {
         load::ladders_among(&[path], &texts).expect("readable").program.expect("a program");
     let (mc, mi, mhr, mir) = (COUNT, COUNT, COUNT, COUNT);
     program.sizes = MemorySizes { mc, mi, mhr, mir, ..program.sizes };
-    Arc::new(DeviceProgram::new(&program, 10))
+    Arc::new(DeviceProgram::new(&program, ScanPeriod::DEFAULT))
 }
 
 fn register(table: &str, at: u32) -> Address {

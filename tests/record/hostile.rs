@@ -13,6 +13,7 @@ use std::thread::scope;
 use crate::record::drawn::{DrawnRecord, Numbers, mode, origin, write};
 use crate::record::line::{COUNTER, Line, engine, in_memory, on_disk};
 use crate::record::replayed::random_line;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::{BitCell, Cell, Engine, EngineCall, EngineState, WordCell};
 use rungd_history::observe::{Limits, Past, QuestionTime, Subject};
 use rungd_history::playback::{MakeEngine, Playback};
@@ -271,8 +272,8 @@ fn ask(bytes: &[u8], subject: &Subject, numbers: &mut Numbers) {
     if !sections.is_empty() {
         let (ladders, name) = (vec!["main.toml".to_owned()], String::new());
         // A short period would take minutes if times are far apart.
-        let period_ms = u32::MAX;
-        let _ = scenario(&ScenarioOf { subject, ladders, period_ms, sections: &sections, name });
+        let period = ScanPeriod::of_ms(u32::MAX);
+        let _ = scenario(&ScenarioOf { subject, ladders, period, sections: &sections, name });
     }
     let mut past = Sections(replay);
     for name in ["Y0", "Y3", "C1", "D0", "V1"] {

@@ -43,7 +43,7 @@ impl Plant {
             engine,
             device,
             model,
-            period_ms: controller.period_ms.into(),
+            period_ms: controller.period.ms_up().into(),
             now_ms: 0,
             clock_s: LocalTime::SIMULATED_S,
             good_ms: 0,

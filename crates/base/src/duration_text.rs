@@ -14,9 +14,22 @@ pub fn duration_text(ns: u64) -> String {
     }
 }
 
+/// A scan period in words: as [`duration_text`], but exact if it is no number of whole ms, `250us`.
+pub fn period_text(ns: u64) -> String {
+    match ns.is_multiple_of(1_000_000) {
+        true => duration_text(ns),
+        false => format!("{}us", ns / 1000),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn periods_below_a_millisecond_are_printed_in_microseconds() {
+        assert_eq!([250_000, 1_500_000, 10_000_000].map(period_text), ["250us", "1500us", "10ms"]);
+    }
 
     #[test]
     fn durations_are_printed_in_short_form() {

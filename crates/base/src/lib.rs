@@ -12,6 +12,7 @@ pub mod locked;
 pub mod progress;
 pub mod random;
 pub mod regular_file;
+pub mod scan_period;
 pub mod variants;
 pub mod wall_clock;
 pub mod whole_file;

@@ -8,11 +8,10 @@ use std::path::PathBuf;
 use anyhow::{Result, bail};
 
 use super::jobs::{JobPlace, JobResult};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::load::{self, Loaded, OpenTexts};
 use rungd_engine::Image;
-pub use rungd_lab::rig::simulation::{
-    self, DEFAULT_PERIOD_MS, DEFAULT_SCANS, Simulation, all_named,
-};
+pub use rungd_lab::rig::simulation::{self, DEFAULT_SCANS, Simulation, all_named};
 use rungd_lab::traces::stimulus::Stimulus;
 use rungd_lab::traces::svg::SvgTrace;
 use rungd_lab::traces::trace::{CsvTrace, RowName, Trace};
@@ -51,14 +50,13 @@ pub(super) fn run(order: &SimulateOrder, place: &JobPlace) -> Result<Option<JobR
         let why = error.map_or("it has no program", |error| error.message.as_str());
         bail!("the program cannot be simulated: {why}");
     };
-    let period_ms =
-        controller.as_ref().map_or(DEFAULT_PERIOD_MS, |controller| controller.period_ms);
+    let period = controller.as_ref().map_or(ScanPeriod::DEFAULT, |controller| controller.period);
     let scans = order.scans.unwrap_or(DEFAULT_SCANS);
     let simulation = Simulation { scans, stop: false, clock_s: CLOCK_S };
-    let lowered = simulation::lowered(&program, controller, period_ms);
+    let lowered = simulation::lowered(&program, controller, period);
     let watched = all_named(&program, &lowered.symbols);
     let values = scans.saturating_mul(watched.len().max(1) as u64);
-    if values > VALUES_MAX || !simulation::fits(scans, period_ms) {
+    if values > VALUES_MAX || !simulation::fits(scans, period) {
         bail!("{scans} scans are too many to show: use `rungd sim`, which writes them into a file");
     }
     let is_table = order.is_table || watched.len() > DRAWN_MAX;

@@ -10,8 +10,8 @@ use anyhow::{Result, bail};
 use super::jobs::{JobPlace, JobResult};
 use super::survey_hints::SurveyHints;
 use super::test_results::TestedTexts;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::load::OpenTexts;
-use rungd_lab::rig::simulation::DEFAULT_PERIOD_MS;
 use rungd_lab::testing::{Suite, ladders_text, read_among};
 use rungd_language::source::finding::Severity;
 use rungd_language::source::span::SourceFile;
@@ -51,7 +51,7 @@ pub(super) fn run(order: SurveyOrder, place: &JobPlace) -> Result<Option<JobResu
 
 /// A test file without tests about the ladder.
 fn suite(SurveyOrder { root, open, .. }: &SurveyOrder) -> Result<Suite> {
-    let period = format!("{DEFAULT_PERIOD_MS}ms");
+    let period = ScanPeriod::DEFAULT.to_string();
     let ladders = ladders_text(std::slice::from_ref(root), &period, open)?;
     let path = root.with_file_name("asked.test.toml");
     let file = SourceFile { name: path.display().to_string(), text: ladders + "always = []\n" };

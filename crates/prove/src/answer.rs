@@ -2,6 +2,7 @@
 //!
 //! `decide` makes it; `rungd prove` prints its text or its JSON.
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_lab::testing::time_text;
 use rungd_language::source::wording::counted;
 use serde_json::{Value, json};
@@ -32,8 +33,8 @@ pub struct Answer {
     pub hash: String,
     /// The time that it took, ms.
     pub ms: u128,
-    /// The scan period, ms.
-    pub period_ms: u32,
+    /// The scan period.
+    pub period: ScanPeriod,
     /// The maximum number of periods from one scan to the next.
     pub late_max: u32,
     /// Whether retained memory has any values before the first scan.
@@ -197,7 +198,7 @@ impl Answer {
 
     /// A scan, from 1, with its time, if no scan comes late: `scan 2,204 (22.03 s)`.
     pub fn when(&self, scan: u64) -> String {
-        let after_ns = scan.saturating_sub(1) * u64::from(self.period_ms) * 1_000_000;
+        let after_ns = scan.saturating_sub(1) * self.period.ns();
         match self.late_max {
             ..=1 => format!("scan {} ({})", grouped(scan), time_text(after_ns)),
             _ => format!("scan {}", grouped(scan)),
@@ -255,10 +256,10 @@ impl Answer {
             ));
         }
         add(&match self.late_max {
-            ..=1 => format!("every scan comes exactly {} ms after the last one", self.period_ms),
+            ..=1 => format!("every scan comes exactly {} after the last one", self.period.words()),
             most => format!(
-                "a scan comes 1 to {most} periods of {} ms after the last one",
-                self.period_ms
+                "a scan comes 1 to {most} periods of {} after the last one",
+                self.period.words()
             ),
         });
         if self.is_from_retained {

@@ -108,7 +108,7 @@ impl EventQuestion<'_> {
 pub(crate) fn has_older_images(suite: &Suite) -> bool {
     let controller = &suite.programs[0].controller;
     let retains = !controller.retain.is_empty() || !controller.retained_stages.is_empty();
-    retains && controller.retention.interval_ms > controller.period_ms
+    retains && u64::from(controller.retention.interval_ms) * 1000 > controller.period.us()
 }
 
 /// The cell of a program with judges for a cell of the same one without them.

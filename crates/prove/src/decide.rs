@@ -90,7 +90,7 @@ fn answered(
         is_kept: false,
         hash: String::new(),
         ms: 0,
-        period_ms: questions.model.period_ms,
+        period: questions.model.period,
         late_max: questions.model.late_max,
         is_from_retained: proof.from_retained,
         events: questions.events_told(),
@@ -235,10 +235,10 @@ impl Asked<'_> {
             let cuts = cuts.join(", ");
             format!("it needs a value that the ladder does not compute there, of {cuts}")
         } else if self.finds_older_image(path) {
-            let period_ms = self.questions.model.period_ms;
+            let period = self.questions.model.period;
             format!(
                 "a power cut would have to find an image that a test does not keep; `interval = \
-                 \"{period_ms}ms\"` in `[retain]` keeps one of every scan"
+                 \"{period}\"` in `[retain]` keeps one of every scan"
             )
         } else if self.loses_device(path) {
             "there `.Stale` comes when `loss-after` has passed, neither sooner nor later, and what \

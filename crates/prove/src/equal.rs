@@ -113,7 +113,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     );
     let free = ladders.free(&judged.code.layout, &both.second);
     let model = ProofModel {
-        period_ms: question.old.programs[0].controller.period_ms,
+        period: question.old.programs[0].controller.period,
         late_max: 1,
         start: ProofStart::Cold(connected(&both.program, &judged.code.layout)),
         inputs: free.iter().map(|free| free.input).collect(),

@@ -127,7 +127,9 @@ pub(crate) fn hash(cone: &Cone, target: Target, settings: &str) -> String {
     let _ = write!(
         hashed,
         "{version} {settings} {} {} {}",
-        target.value, model.period_ms, model.late_max
+        target.value,
+        model.period_ms(),
+        model.late_max
     );
     let free: Vec<(i32, i32)> = model.inputs.iter().map(|free| (free.low, free.high)).collect();
     let _ = write!(hashed, "{free:?} {:?} {:?}", gates.graph.nodes(), gates.constraints);

@@ -5,15 +5,21 @@
 
 use crate::events::{Happening, ModelEvents, ScanEvent};
 use rungd_base::calendar::LocalTime;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
+
+/// Why a question about a period like 250us stays open.
+pub(crate) const UNEVEN_PERIOD: &str =
+    "timers count milliseconds, and the period is no whole number of them";
 
 /// A program that judges itself.
 #[derive(Clone, Debug)]
 pub struct ProofModel {
     /// The ladder, with the blocks that judge it (`lower_judged`).
     pub code: EngineProgram,
-    /// The period, ms.
-    pub period_ms: u32,
+    /// The period. A question about one that is no number of whole milliseconds stays open
+    /// (`explore`, `encode`).
+    pub period: ScanPeriod,
     /// The maximum number of periods from one scan to the next; 1: every scan comes exactly a
     /// period after the last one.
     pub late_max: u32,
@@ -48,9 +54,14 @@ impl ProofModel {
         engine
     }
 
+    /// The period, ms.
+    pub fn period_ms(&self) -> u32 {
+        self.period.ms_up()
+    }
+
     /// The period, ns.
     pub(crate) fn period_ns(&self) -> u64 {
-        u64::from(self.period_ms) * 1_000_000
+        self.period.ns()
     }
 
     /// The time of the first scan, ns.

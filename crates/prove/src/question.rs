@@ -199,7 +199,7 @@ impl ModelledProgram<'_> {
         let events = asked.events(&mut code);
         let (free, inputs) = all.into_iter().unzip();
         let model = ProofModel {
-            period_ms: first.controller.period_ms,
+            period: first.controller.period,
             late_max: suite.proof.late_max,
             start: ProofStart::Cold(restored(&judged.code, program, &remembered)),
             inputs: free,

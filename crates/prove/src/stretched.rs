@@ -91,7 +91,7 @@ impl TestWaits<'_> {
     }
 
     fn period_ms(&self) -> u64 {
-        self.model.period_ms.into()
+        self.model.period_ms().into()
     }
 
     /// The time by which a scan comes late, ms.

@@ -20,6 +20,10 @@ pub trait Clock {
     }
     /// Returns at the deadline, or as soon after it as the machine manages.
     fn sleep_until(&mut self, deadline_ns: u64);
+    /// As [`Clock::sleep_until`], for the deadline of a scan: the thread may be awake before it.
+    fn await_scan(&mut self, deadline_ns: u64) {
+        self.sleep_until(deadline_ns);
+    }
     /// The local time of day, as seconds since 1970-01-01 00:00:00 of the local clock. It may jump
     /// either way, so only the ladder uses it, and no duration is measured with it.
     fn local_s(&self) -> i64;
@@ -30,6 +34,8 @@ pub trait Clock {
 pub struct MachineClock {
     /// Shared with the thread that updates it.
     pub offset: Arc<UtcOffset>,
+    /// How long before the deadline of a scan the thread is awake and looks at the clock, ns.
+    pub spin_ns: u64,
 }
 
 impl Clock for MachineClock {
@@ -43,6 +49,13 @@ impl Clock for MachineClock {
 
     fn sleep_until(&mut self, deadline_ns: u64) {
         sys::sleep_until_ns(deadline_ns);
+    }
+
+    fn await_scan(&mut self, deadline_ns: u64) {
+        sys::sleep_until_ns(deadline_ns.saturating_sub(self.spin_ns));
+        while sys::monotonic_ns() < deadline_ns {
+            std::hint::spin_loop();
+        }
     }
 
     fn local_s(&self) -> i64 {

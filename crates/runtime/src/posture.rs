@@ -21,6 +21,8 @@ pub struct Posture {
     pub cpu_latency_us: Option<i32>,
     /// Keep the scan thread on these CPUs; none: wherever the process may run.
     pub cpus: Vec<u32>,
+    /// The scan thread is awake for this time before each scan, µs; it needs no permission.
+    pub spin_us: u32,
     /// Whether a refused request prevents the start.
     pub strict: bool,
 }
@@ -91,6 +93,10 @@ impl Posture {
         prefault_stack();
         let slack = sys::set_timer_slack_ns(1);
         let mut grants = vec![grant("timer slack 1 ns".into(), slack, || "nothing known")];
+        if self.spin_us > 0 {
+            let what = format!("awake {} us before each scan", self.spin_us);
+            grants.push(Grant { what, refused: None });
+        }
         if !self.cpus.is_empty() {
             let remedy = || {
                 "CPUs that exist (`nproc --all`), and that the unit's CPUAffinity= and \

@@ -53,7 +53,10 @@ impl<M: ScannedMachine, C: Clock> Scanner<M, C> {
         loop {
             let now_ns = self.clock.now_ns();
             if deadline_ns.saturating_sub(now_ns) <= TICK_NS_MAX {
-                return self.clock.sleep_until(deadline_ns);
+                return match self.mode {
+                    Mode::Run => self.clock.await_scan(deadline_ns),
+                    Mode::Stop(_) | Mode::Fault(_) => self.clock.sleep_until(deadline_ns),
+                };
             }
             self.clock.sleep_until(now_ns + TICK_NS_MAX);
             if !self.pause() {

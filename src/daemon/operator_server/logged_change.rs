@@ -6,7 +6,7 @@ use std::fmt::Display;
 use std::time::Duration;
 
 use super::peer::OperatorPeer;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::period_text;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::BitOrNumber;
 use rungd_runtime::command::StateBefore;
@@ -107,7 +107,7 @@ impl<'a> LoggedOperandChange<'a> {
 impl WaitingWrite {
     /// The note of a write that waits for the next scan.
     pub fn note(self) -> String {
-        let (written, period) = (self.written, duration_text(self.period.as_nanos() as u64));
+        let (written, period) = (self.written, period_text(self.period.as_nanos() as u64));
         format!("{written} is written with the next scan; a scan comes every {period}")
     }
 }

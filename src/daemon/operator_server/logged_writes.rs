@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::logged_change::{LoggedOperandChange, PreviousState, WaitingWrite};
 use super::peer::OperatorPeer;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::period_text;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::BitOrNumber;
 use rungd_runtime::events;
@@ -88,7 +88,7 @@ impl<'a> LoggedWrites<'a> {
             let write_of_one = WaitingWrite { written: write.written, period };
             return self.of_one(write).tell_waiting(write_of_one);
         }
-        let (asked, period) = (self.asked(), duration_text(period.as_nanos() as u64));
+        let (asked, period) = (self.asked(), period_text(period.as_nanos() as u64));
         let words =
             format!("{asked}: they are written with the next scan; a scan comes every {period}");
         let after: Vec<String> =

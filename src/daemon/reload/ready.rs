@@ -12,7 +12,7 @@ use std::time::Duration;
 use crate::daemon::config::{self, ControllerSetup, LoadWarning, RunningProgram};
 use crate::daemon::narration::Narration;
 use crate::daemon::systemd::fault_too_late;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_base::progress::Progress;
 use rungd_config::controller::device::Device;
 use rungd_engine::Engine;
@@ -95,7 +95,7 @@ pub(super) fn settings(
         |setup: &ControllerSetup| setup.retain.as_ref().map_or(0, |wanted| wanted.plan.elements());
     let kept = if started.retain.is_some() { (elements(old), elements(new)) } else { (0, 0) };
     let said = [
-        ("scan period", duration_text(was.period_ns), duration_text(is.period_ns)),
+        ("scan period", period_text(was.period_ns), period_text(is.period_ns)),
         ("scan watchdog", duration_text(was.watchdog_ns), duration_text(is.watchdog_ns)),
         ("retained elements", kept.0.to_string(), kept.1.to_string()),
         (

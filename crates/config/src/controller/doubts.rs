@@ -9,13 +9,21 @@ use std::collections::HashMap;
 use super::settings::Controller;
 use super::written::WrittenController;
 use rungd_base::progress::Progress;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRanges, Space};
 use rungd_language::resolve::program::{Instruction, Program};
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, advise, pair};
 
-/// The longest period without a warning, ms.
-const PERIOD_MS_MAX: u32 = 1000;
+/// The longest period without a warning.
+const PERIOD_MAX: ScanPeriod = ScanPeriod::of_ms(1000);
+
+/// What to do about a shorter one.
+const HELP: &str = "measure what the machine does: docs/running.md, real-time posture; or scan each \
+                    millisecond: `{}`";
+
+/// The shortest period without a warning.
+const PERIOD_MIN: ScanPeriod = ScanPeriod::of_ms(1);
 
 /// The warnings of this file.
 pub(super) fn doubts(
@@ -26,21 +34,34 @@ pub(super) fn doubts(
 ) -> Vec<Finding> {
     let mut findings = held_but_reset(controller, program, progress);
     findings.extend(long_period(written, controller));
+    findings.extend(short_period(written, controller));
     findings.extend(cold_for_ever(written, controller));
     findings
 }
 
 /// The warning for a long period, for example `10m` instead of `10ms`.
 fn long_period(written: &WrittenController, controller: &Controller) -> Option<Finding> {
-    if controller.period_ms <= PERIOD_MS_MAX {
+    if controller.period <= PERIOD_MAX {
         return None;
     }
-    let seconds = f64::from(controller.period_ms) / 1000.0;
+    let seconds = controller.period.us() as f64 / 1e6;
     let message = format!("scans are {seconds} s apart");
-    let finding = Finding::new(Code::LongPeriod, written.scan.period_ms.span, message);
+    let finding = Finding::new(Code::LongPeriod, written.scan.period.span, message);
     let finding = finding.label("an input must last longer than this to be seen");
     let period = pair("period = \"10ms\"").possible();
     Some(finding.help(advise("most plants need milliseconds: `{}`", [period])))
+}
+
+/// The warning for a period that an ordinary machine does not keep.
+fn short_period(written: &WrittenController, controller: &Controller) -> Option<Finding> {
+    if controller.period >= PERIOD_MIN || written.scan.in_virtual_time {
+        return None;
+    }
+    let message = format!("a scan every {} asks much of the machine", controller.period);
+    let finding = Finding::new(Code::ShortPeriod, written.scan.period.span, message);
+    let finding = finding.label("timers still count whole milliseconds");
+    let period = pair("period = \"1ms\"").possible();
+    Some(finding.help(advise(HELP, [period])))
 }
 
 /// The warnings for outputs whose `hold` a termination pass overrides.

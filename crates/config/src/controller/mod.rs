@@ -92,8 +92,8 @@ pub(crate) fn resolve_controller_within(
     let stages = &written.retain.stages;
     let retained_stages = retain_stages::resolve(stages, program, &mut resolver.findings);
     resolver.held_and_on(&outputs_hold, &outputs_on);
-    let period_ms = written.scan.period_ms.value;
-    let names = MapNames { scope: resolver.scope, ladders: side_programs, period_ms };
+    let period = written.scan.period.value;
+    let names = MapNames { scope: resolver.scope, ladders: side_programs, period };
     let devices = device::resolve(&written.devices, names, progress, &mut resolver.findings);
     let (sides, found) = WrittenSimulated::resolve(
         &written.simulated,
@@ -108,13 +108,14 @@ pub(crate) fn resolve_controller_within(
         retained.add(range.numbers(), at);
     }
     let groups = program.tags.iter().filter_map(Tag::alarm_group).collect();
-    let terms = web::PanelTerms { retained: &retained, period_ms, groups };
+    let terms = web::PanelTerms { retained: &retained, period, groups };
     let web = web::resolve(&written.web, &terms, &mut resolver);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
+    let realtime = written.realtime.resolve(period, &mut resolver.findings);
     let controller = Controller {
-        period_ms,
+        period,
         watchdog_ms: written.scan.watchdog_ms,
-        realtime: written.realtime.clone(),
+        realtime,
         outputs_on,
         outputs_hold,
         retain,

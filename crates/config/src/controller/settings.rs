@@ -9,6 +9,7 @@ use super::retain::Retention;
 use super::simulated_side::SimulatedSide;
 use super::watch::WatchSettings;
 use super::web::WebSettings;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::BlockId;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::InputRule;
@@ -19,8 +20,8 @@ use rungd_runtime::Posture;
 /// The settings of a controller file, without its ladders.
 #[derive(Clone, Debug)]
 pub struct Controller {
-    /// Scan period, ms; at least 1.
-    pub period_ms: u32,
+    /// Scan period.
+    pub period: ScanPeriod,
     /// A scan longer than this is a fault, ms; at least 1.
     pub watchdog_ms: u32,
     /// The requests to the operating system.

@@ -7,13 +7,14 @@
 use std::sync::Arc;
 
 use super::memory;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{DeviceBit, MemorySizes};
 use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::pair;
 use rungd_language::source::key::Key;
 use rungd_language::source::reader::{Table, Text};
-use rungd_language::source::value_kind::Millis;
+use rungd_language::source::value_kind::Periods;
 
 /// A ladder beside the controller's.
 #[derive(Clone, Debug, Default)]
@@ -21,7 +22,7 @@ pub struct WrittenSideLadder {
     /// `ladder`: its files, relative to the file that names them.
     pub ladder: Vec<Text>,
     /// `period`, ms; at least 1.
-    pub period_ms: Option<u32>,
+    pub period: Option<ScanPeriod>,
     /// `[memory]` of this ladder.
     pub memory: MemorySizes,
     /// The texts that may be addresses of its memory: no tag with a `type` is placed there.
@@ -63,7 +64,7 @@ impl WrittenSideLadder {
         });
         WrittenSideLadder {
             ladder,
-            period_ms: table.value(period, &Millis::some("10ms")).map(|period| period.value),
+            period: table.value(period, &Periods).map(|period| period.value),
             memory: memory::read_in(table),
             addresses: Vec::new(),
         }

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::device::settings::{Device, DriverSettings};
 use super::side_ladder::WrittenSideLadder;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::DeviceId;
 use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding};
@@ -16,9 +17,6 @@ use rungd_language::source::fix::one_of;
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::span::Span;
-
-/// The scan period of a device's own side if none is given, ms.
-const PERIOD_MS: u32 = 10;
 
 /// `[[simulated]]`: the own side of a Modbus device.
 #[derive(Clone, Debug)]
@@ -36,14 +34,14 @@ pub struct SimulatedSide {
     pub device: DeviceId,
     /// The ladder.
     pub program: Arc<Program>,
-    /// Its scan period, ms; at least 1.
-    pub period_ms: u32,
+    /// Its scan period.
+    pub period: ScanPeriod,
 }
 
 impl WrittenSimulated {
-    /// Its scan period, ms.
-    pub fn period_ms(&self) -> u32 {
-        self.side.period_ms.unwrap_or(PERIOD_MS)
+    /// Its scan period.
+    pub fn period(&self) -> ScanPeriod {
+        self.side.period.unwrap_or(ScanPeriod::DEFAULT)
     }
 }
 
@@ -73,7 +71,7 @@ impl WrittenSimulated {
                     sides.extend(program.map(|program| SimulatedSide {
                         device,
                         program,
-                        period_ms: simulated.period_ms(),
+                        period: simulated.period(),
                     }));
                 }
                 Err(finding) => findings.push(finding),

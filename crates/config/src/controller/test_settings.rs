@@ -13,6 +13,7 @@ use rungd_language::source::span::FileId;
 pub fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenController {
     let mut bench = written::defaults(file);
     written::read_period(root, &mut bench.scan);
+    bench.scan.in_virtual_time = true;
     bench.retain = retain::read_in_test(root);
     let texts = bench.retain.ranges.iter().chain(&bench.retain.tags);
     bench.strings = texts.map(|text| text.text.clone()).collect();
@@ -24,7 +25,7 @@ pub fn read(root: &mut Table<'_>, ladder: Vec<Text>, file: FileId) -> WrittenCon
 impl WrittenController {
     /// These settings with different ladder files.
     pub fn with_ladder(self, names: &[String]) -> WrittenController {
-        let span = self.scan.period_ms.span;
+        let span = self.scan.period.span;
         let name = |name: &String| Text { text: name.clone(), span, exact: true };
         WrittenController { ladder: names.iter().map(name).collect(), ..self }
     }
@@ -33,7 +34,7 @@ impl WrittenController {
     pub fn of_test_with_ladder(&self, names: &[String]) -> WrittenController {
         let WrittenController { scan, retain, strings, .. } = self;
         let (scan, retain, strings) = (scan.clone(), retain.clone(), strings.clone());
-        let defaults = written::defaults(scan.period_ms.span.file);
+        let defaults = written::defaults(scan.period.span.file);
         WrittenController { scan, retain, strings, ..defaults }.with_ladder(names)
     }
 }

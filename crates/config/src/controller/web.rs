@@ -9,6 +9,7 @@ use super::panel::{
     ALL_ALARMS, Panel, Widget, WidgetKind, WrittenPanel, is_drawing_name, read_panel,
 };
 use super::resolver::SettingsResolver;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, Space};
 use rungd_language::resolve::scope::{NamedThing, Scope};
 use rungd_language::source::finding::{Code, Finding};
@@ -46,7 +47,7 @@ pub(super) struct PanelTerms<'a> {
     /// The ranges that survive a restart.
     pub retained: &'a NumberRanges<Space>,
     /// The scan period.
-    pub period_ms: u32,
+    pub period: ScanPeriod,
     /// The groups of alarms.
     pub groups: HashSet<&'a str>,
 }
@@ -318,9 +319,9 @@ fn may_hold(
             format!("`{name}` is retained: after a power cut it would be ON without its button"),
             "take it out of `[retain]`, or hold a bit that is not retained",
         )
-    } else if u128::from(terms.period_ms) > HOLD_PERIOD_MAX.as_millis() {
+    } else if u128::from(terms.period.ns()) > HOLD_PERIOD_MAX.as_nanos() {
         (
-            format!("`{name}` is held, and a scan comes every {} ms", terms.period_ms),
+            format!("`{name}` is held, and a scan comes every {}", terms.period.words()),
             "write `scan.period = \"100ms\"` or less: a hold ends within 500 ms",
         )
     } else {

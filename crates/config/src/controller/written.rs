@@ -10,7 +10,7 @@ use super::log::{self, LogSettings};
 use super::memory;
 use super::modbus_server::keys::{self as modbus_server, WrittenModbusServer};
 use super::operator::{self, WrittenOperator};
-use super::realtime;
+use super::realtime::{self, WrittenRealtime};
 use super::record::{self, RecordSettings};
 use super::retain::{self, WrittenRetain};
 use super::simulated_device::{self, WrittenRule};
@@ -18,6 +18,7 @@ use super::simulated_side::{self, WrittenSimulated};
 use super::watch::{self, WrittenWatch};
 use super::web::{self, WrittenWeb};
 use rungd_base::progress::{Progress, UNASKED};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::MemorySizes;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::pair;
@@ -27,8 +28,7 @@ use rungd_language::source::reader::{self, Table, Text};
 use rungd_language::source::room::LoadRoom;
 use rungd_language::source::shape::TableShape;
 use rungd_language::source::span::{FileId, Located, Span};
-use rungd_language::source::value_kind::Millis;
-use rungd_runtime::Posture;
+use rungd_language::source::value_kind::{Millis, Periods};
 
 /// One controller file.
 #[derive(Debug)]
@@ -44,7 +44,7 @@ pub struct WrittenController {
     /// `[scan]`.
     pub scan: WrittenScan,
     /// `[realtime]`.
-    pub realtime: Posture,
+    pub(crate) realtime: WrittenRealtime,
     /// `[outputs]`.
     pub outputs: SafeOutputs,
     /// `[retain]`.
@@ -97,16 +97,17 @@ pub struct SafeOutputs {
 /// `[scan]`.
 #[derive(Clone, Debug)]
 pub struct WrittenScan {
-    /// `period`, ms; at least 1.
-    pub period_ms: Located<u32>,
+    /// `period`.
+    pub period: Located<ScanPeriod>,
     /// `watchdog`, ms; at least 1.
     pub watchdog_ms: u32,
+    /// Whether the scans are those of a test, which need no machine that keeps the period.
+    pub in_virtual_time: bool,
 }
 
-const PERIOD_MS: u32 = 10;
 const WATCHDOG_MS: u32 = 200;
 const PROBATION_MS: u32 = 10_000;
-/// The time of a scan.
+/// The longest time of a scan.
 const SCAN_TIME: Millis = Millis::some("10ms");
 
 /// Reads a controller file; `None` if the text is not TOML.
@@ -202,8 +203,9 @@ fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
 fn read_scan(root: &mut Table<'_>, file: FileId) -> WrittenScan {
     let nowhere = Span { file, start: 0, end: 0 };
     let mut scan = WrittenScan {
-        period_ms: Located { value: PERIOD_MS, span: nowhere },
+        period: Located { value: ScanPeriod::DEFAULT, span: nowhere },
         watchdog_ms: WATCHDOG_MS,
+        in_virtual_time: false,
     };
     let Some(mut table) =
         root.table(key("scan", "The scan's period and its longest time."), "`[scan]`")
@@ -221,7 +223,7 @@ fn read_scan(root: &mut Table<'_>, file: FileId) -> WrittenScan {
 pub(super) fn read_period(table: &mut Table<'_>, scan: &mut WrittenScan) {
     let explained =
         key("period", "The time between the beginnings of two scans; 10ms if not given.");
-    if let Some(period) = table.value(explained, &SCAN_TIME) {
-        scan.period_ms = period;
+    if let Some(period) = table.value(explained, &Periods) {
+        scan.period = period;
     }
 }

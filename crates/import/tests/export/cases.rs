@@ -12,7 +12,7 @@ fn program(tags: &str, rungs: &str) -> Program {
 }
 
 fn text(program: &Program) -> String {
-    exported(program, 10).unwrap().text
+    exported(program, rungd_base::scan_period::ScanPeriod::DEFAULT).unwrap().text
 }
 
 #[test]

@@ -28,7 +28,7 @@ pub struct Judge<'j> {
 impl Judge<'_> {
     /// Executes the ladder. Panics at the first difference. `Err`: what is refused.
     pub fn judge(&self, random: &mut SplitMix64) -> Result<(), Vec<String>> {
-        let export = match exported(self.program, 10) {
+        let export = match exported(self.program, rungd_base::scan_period::ScanPeriod::DEFAULT) {
             Ok(export) => export,
             Err(refusals) => return Err(refusals.into_iter().map(|one| one.what).collect()),
         };

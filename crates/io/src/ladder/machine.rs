@@ -7,12 +7,11 @@
 
 use std::sync::Arc;
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::{Cell, Engine, EngineProgram, Image};
 use rungd_language::lower::{Symbols, lower};
 use rungd_language::resolve::program::Program;
 use rungd_runtime::{ScanStart, ScannedMachine};
-
-const MS_NS: u64 = 1_000_000;
 
 /// A ladder that stands for a part of the world, lowered once.
 #[derive(Debug)]
@@ -25,10 +24,10 @@ pub struct LadderProgram {
 }
 
 impl LadderProgram {
-    /// Lowers a ladder that has no errors; `period_ms`: its scan period, at least 1.
-    pub fn new(program: &Program, period_ms: u32) -> LadderProgram {
+    /// Lowers a ladder that has no errors; `period`: its scan period.
+    pub fn new(program: &Program, period: ScanPeriod) -> LadderProgram {
         let (code, symbols) = lower(program);
-        LadderProgram { code, symbols, period_ns: u64::from(period_ms.max(1)) * MS_NS }
+        LadderProgram { code, symbols, period_ns: period.ns() }
     }
 }
 

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::machine::LadderProgram;
 use crate::scaling::Scaling;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::Address;
 use rungd_language::resolve::program::Program;
 
@@ -14,8 +15,8 @@ use rungd_language::resolve::program::Program;
 pub struct LadderSettings {
     /// The ladder, resolved. A controller file with an error is never executed, so it has none.
     pub program: Arc<Program>,
-    /// Its scan period, ms; at least 1.
-    pub period_ms: u32,
+    /// Its scan period.
+    pub period: ScanPeriod,
     /// The bits and words of the plant that are inputs of the controller.
     pub inputs: Vec<LadderPoint>,
     /// The bits and words of the plant that are outputs of the controller.
@@ -34,7 +35,7 @@ pub struct LadderPoint {
 impl LadderSettings {
     /// The ladder, lowered.
     pub fn lowered(&self) -> Arc<LadderProgram> {
-        Arc::new(LadderProgram::new(&self.program, self.period_ms))
+        Arc::new(LadderProgram::new(&self.program, self.period))
     }
 }
 
@@ -47,7 +48,7 @@ impl PartialEq for LadderSettings {
             let [ours, theirs] = lowered.map(|program| format!("{:?}", program.code));
             ours == theirs
         };
-        self.period_ms == other.period_ms
+        self.period == other.period
             && self.inputs == other.inputs
             && self.outputs == other.outputs
             && (Arc::ptr_eq(&self.program, &other.program) || executes_same())
@@ -56,9 +57,9 @@ impl PartialEq for LadderSettings {
 
 impl fmt::Debug for LadderSettings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let LadderSettings { program, period_ms, inputs, outputs } = self;
+        let LadderSettings { program, period, inputs, outputs } = self;
         let mut text = f.debug_struct("LadderSettings");
-        text.field("ladder", &program.name).field("period_ms", period_ms);
+        text.field("ladder", &program.name).field("period", period);
         text.field("inputs", inputs).field("outputs", outputs).finish()
     }
 }

@@ -39,6 +39,7 @@ use project::{
 };
 pub use refusal::ExportRefusal;
 use rung_acts::{ProgramFacts, RungExport};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, LegName, Mnemonic, OperandRole, Structure};
 use rungd_language::lower::WordLimits;
 use rungd_language::resolve::program::{Block, BlockKind, Contact, Program, Rung};
@@ -61,7 +62,10 @@ pub struct ExportedLadder {
 ///
 /// # Errors
 /// All parts that have no form that does the same.
-pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec<ExportRefusal>> {
+pub fn exported(
+    program: &Program,
+    period: ScanPeriod,
+) -> Result<ExportedLadder, Vec<ExportRefusal>> {
     let mut refusals = Vec::new();
     let blocks = always_running(program, &mut refusals);
     let facts = facts(program);
@@ -92,7 +96,7 @@ pub fn exported(program: &Program, period_ms: u64) -> Result<ExportedLadder, Vec
         networks,
     });
     let project = ExportedProject { name: program.name.clone(), units };
-    let text = xml::file(&project, period_ms);
+    let text = xml::file(&project, period);
     let ExportMemory { outside, of_addresses: variables, .. } = memory;
     Ok(ExportedLadder { text, rungs, outside, variables })
 }

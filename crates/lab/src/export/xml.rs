@@ -2,6 +2,7 @@
 //!
 //! The same project gives the same file, byte for byte: it has no date of its own.
 
+use rungd_base::scan_period::ScanPeriod;
 use std::fmt::Write as _;
 
 use super::ladder_xml;
@@ -15,7 +16,7 @@ const NAMESPACE: &str = "http://www.plcopen.org/xml/tc6_0201";
 const DATE: &str = "1970-01-01T00:00:00";
 
 /// The text of a file with a project, whose task has this interval.
-pub(super) fn file(project: &ExportedProject, period_ms: u64) -> String {
+pub(super) fn file(project: &ExportedProject, period: ScanPeriod) -> String {
     let name = escaped(&project.name);
     let mut text = format!(
         "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<project xmlns=\"{NAMESPACE}\" \
@@ -31,7 +32,8 @@ pub(super) fn file(project: &ExportedProject, period_ms: u64) -> String {
     project.units.iter().for_each(|unit| text += &self::unit(unit));
     text += "</pous>\n</types>\n<instances>\n<configurations>\n<configuration name=\"config\">\n\
              <resource name=\"resource1\">\n";
-    let _ = writeln!(text, "<task name=\"scan\" priority=\"0\" interval=\"T#{period_ms}ms\">");
+    let _ =
+        writeln!(text, "<task name=\"scan\" priority=\"0\" interval=\"T#{}\">", interval(period));
     for program in project.units.iter().filter(|unit| unit.is_program) {
         let name = &program.name;
         let _ = writeln!(text, "<pouInstance name=\"instance0\" typeName=\"{name}\"/>");
@@ -91,5 +93,16 @@ fn documentation(doc: &str) -> String {
     match doc.is_empty() {
         true => String::new(),
         false => format!("<documentation>{}</documentation>\n", paragraph(doc)),
+    }
+}
+
+/// A period as a literal of IEC 61131-3, whose least unit was long the millisecond.
+fn interval(period: ScanPeriod) -> String {
+    match period.whole_ms() {
+        Some(ms) => format!("{ms}ms"),
+        None => {
+            let ms = format!("{}.{:03}", period.us() / 1000, period.us() % 1000);
+            format!("{}ms", ms.trim_end_matches('0'))
+        }
     }
 }

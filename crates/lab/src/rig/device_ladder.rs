@@ -8,6 +8,7 @@
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::simulated_side::SimulatedSide;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, MemorySizes, Word, WordSpace};
 use rungd_io::ladder::{LadderMachine, LadderProgram};
@@ -31,9 +32,9 @@ pub struct DeviceProgram {
 }
 
 impl DeviceProgram {
-    /// Lowers a ladder that has no errors; `period_ms`: its scan period.
-    pub fn new(program: &Program, period_ms: u32) -> DeviceProgram {
-        let ladder = LadderProgram::new(program, period_ms);
+    /// Lowers a ladder that has no errors; `period`: its scan period.
+    pub fn new(program: &Program, period: ScanPeriod) -> DeviceProgram {
+        let ladder = LadderProgram::new(program, period);
         let settings = server(&program.sizes);
         let symbols = &ladder.symbols;
         let map = ModbusMap::new(&settings, &symbols.layout, |word| symbols.limits(word));
@@ -53,7 +54,7 @@ pub struct SimulatedDevice {
 impl SimulatedDevice {
     /// The own side of a device of a controller file, lowered.
     pub fn of(side: &SimulatedSide) -> SimulatedDevice {
-        let program = DeviceProgram::new(&side.program, side.period_ms);
+        let program = DeviceProgram::new(&side.program, side.period);
         SimulatedDevice { id: side.device, program: Arc::new(program) }
     }
 }

@@ -109,7 +109,7 @@ impl RigProgram {
 
     /// The scan period, ns.
     pub fn period_ns(&self) -> u64 {
-        u64::from(self.controller.period_ms) * 1_000_000
+        self.controller.period.ns()
     }
 }
 

@@ -10,10 +10,10 @@ use std::collections::HashMap;
 use std::io;
 use std::sync::Arc;
 
-use super::mode::MS_NS;
 use super::{Rig, RigProgram, RigSetup};
 use crate::traces::stimulus::{Stimulus, StimulusChange, StimulusTarget};
 use crate::traces::trace::{RowName, Trace, TracedOperand};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::Controller;
 use rungd_engine::Cell;
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
@@ -21,9 +21,6 @@ use rungd_language::lower::Symbols;
 use rungd_language::resolve::program::Program;
 use rungd_language::resolve::scope::Scope;
 use rungd_runtime::exchange::Ticket;
-
-/// The default time between two scans, ms.
-pub const DEFAULT_PERIOD_MS: u32 = 10;
 
 /// The default number of scans.
 pub const DEFAULT_SCANS: u64 = 100;
@@ -84,16 +81,16 @@ impl<'a> StimulusTargets<'a> {
 pub fn lowered(
     program: &Program,
     controller: Option<Controller>,
-    period_ms: u32,
+    period: ScanPeriod,
 ) -> Arc<RigProgram> {
     let controller = controller.unwrap_or_else(|| Controller::usual(program));
-    let controller = Controller { period_ms, ..controller };
+    let controller = Controller { period, ..controller };
     Arc::new(RigProgram::new(program, &Arc::new(controller)))
 }
 
 /// Whether the timestamp of the last scan, in ns, fits into 64 bits.
-pub fn fits(scans: u64, period_ms: u32) -> bool {
-    scans.saturating_sub(1).checked_mul(u64::from(period_ms) * MS_NS).is_some()
+pub fn fits(scans: u64, period: ScanPeriod) -> bool {
+    scans.saturating_sub(1).checked_mul(period.ns()).is_some()
 }
 
 /// All operands that the ladder names; for arrays, the first [`ELEMENTS_MAX`] elements.

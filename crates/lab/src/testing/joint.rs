@@ -102,11 +102,11 @@ impl MutantKey {
 /// does not have.
 pub(super) fn joint_mutants(suites: &[&Suite]) -> Vec<JointMutant> {
     let Some(first) = suites.first() else { return Vec::new() };
-    let period_ms = first.programs[0].controller.period_ms;
+    let period = first.programs[0].controller.period;
     let mut all: Vec<JointMutant> = Vec::new();
     let mut known: HashMap<MutantKey, usize> = HashMap::new();
     for (at, suite) in suites.iter().enumerate() {
-        for mutant in mutants_of(&suite.programs[0], period_ms) {
+        for mutant in mutants_of(&suite.programs[0], period) {
             let number = *known.entry(MutantKey::of(&mutant, suite)).or_insert(all.len());
             let of_suite = MutantOfSuite { suite: at, mutant };
             match all.get_mut(number) {

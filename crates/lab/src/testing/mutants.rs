@@ -35,6 +35,7 @@ use super::suite::TestProgram;
 use ground::{FoundMutation, Ground};
 use mutation::{Mutation, without_lone_groups};
 use retained::RetainedEntry;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::Controller;
 use rungd_language::resolve::program::{Program, ProgramPart, Rung};
 use rungd_language::source::span::{SourceFile, Span};
@@ -68,8 +69,8 @@ enum MutantChange {
 }
 
 /// All mutants of a program under test: of its rungs, then of `[retain]`.
-pub fn mutants_of(test_program: &TestProgram, period_ms: u32) -> Vec<Mutant> {
-    let mut all = mutants(&test_program.program, &test_program.files, period_ms);
+pub fn mutants_of(test_program: &TestProgram, period: ScanPeriod) -> Vec<Mutant> {
+    let mut all = mutants(&test_program.program, &test_program.files, period);
     let entries = retained::retained(&test_program.controller, &test_program.files);
     all.extend(entries.into_iter().map(|RetainedEntry { span, what }| Mutant {
         kind: MutantKind::RetainOut,
@@ -85,9 +86,9 @@ pub fn mutants_of(test_program: &TestProgram, period_ms: u32) -> Vec<Mutant> {
 
 /// All mutants of the rungs of a program, in file order. `files`: the loaded files; places
 /// refer to them by
-/// index. `period_ms`: the scan period, by which durations are changed.
-pub fn mutants(program: &Program, files: &[SourceFile], period_ms: u32) -> Vec<Mutant> {
-    let ground = Ground::new(program, files, period_ms);
+/// index. `period`: the scan period, by which durations are changed.
+pub fn mutants(program: &Program, files: &[SourceFile], period: ScanPeriod) -> Vec<Mutant> {
+    let ground = Ground::new(program, files, period);
     let mut mutants: Vec<Mutant> = Vec::new();
     let mut by_place: HashMap<(MutantKind, Span, u32), usize> = HashMap::new();
     for (part, rung, index) in rungs(program) {

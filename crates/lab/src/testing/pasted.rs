@@ -7,6 +7,7 @@ use super::random_run::{BrokenRun, RandomEvent};
 use super::random_world::{RandomDraw, STARTED};
 use super::suite::{Incident, RandomSource, RandomTest, Scenario, TestOperand, TestStep, TestTime};
 use crate::rig::{PowerOff, RigProgram};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::DeviceId;
 use rungd_language::source::span::Located;
 
@@ -29,7 +30,7 @@ pub(super) fn pasted(
     steps.run_to(broken.scan + 1);
     let mut steps = steps.steps;
     if has_pulses {
-        steps = pulses(steps, stage.programs[0].controller.period_ms);
+        steps = pulses(steps, stage.programs[0].controller.period);
     }
     let located = |value| Located { value, span: test.span };
     let steps = steps.into_iter().map(located).collect();
@@ -107,7 +108,7 @@ impl RandomSteps<'_> {
 }
 
 /// Replaces equal pulses (a bit goes ON and OFF again, at least twice) by one step.
-fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
+fn pulses(steps: Vec<TestStep>, period: ScanPeriod) -> Vec<TestStep> {
     let mut short = Vec::new();
     let mut rest = &steps[..];
     while let Some(first) = rest.first() {
@@ -119,7 +120,7 @@ fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
         let times =
             rest.chunks(4).take_while(|next| pulse(next) == Some(SetPulse { operand, on, off }));
         let times = times.count();
-        let ms = |scans: u64| u32::try_from(scans * u64::from(period_ms)).ok();
+        let ms = |scans: u64| whole_ms(scans, period);
         match (ms(on), ms(on + off)) {
             (Some(on), Some(every)) if times > 1 => short.push(TestStep::Pulse {
                 operand: operand.clone(),
@@ -132,6 +133,12 @@ fn pulses(steps: Vec<TestStep>, period_ms: u32) -> Vec<TestStep> {
         rest = &rest[4 * times..];
     }
     short
+}
+
+/// The time of some scans, if it is a number of whole ms.
+fn whole_ms(scans: u64, period: ScanPeriod) -> Option<u32> {
+    let us = scans.checked_mul(period.us())?;
+    us.is_multiple_of(1000).then(|| u32::try_from(us / 1000).ok()).flatten()
 }
 
 /// A bit that goes ON and OFF again.

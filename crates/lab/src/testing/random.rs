@@ -87,7 +87,7 @@ pub(super) fn incidents(
 
 fn too_long(programs: &Programs<'_>, written: &WrittenRandom) -> Option<Finding> {
     let scans = written.scans?;
-    let period_ns = u128::from(programs.programs[0].controller.period_ms) * 1_000_000;
+    let period_ns = u128::from(programs.programs[0].controller.period.ns());
     let lasts_ns = u128::from(scans.value.unsigned_abs()) * period_ns;
     (lasts_ns >= u128::from(TIME_END_NS)).then(|| {
         let message = "a run lasts longer than 146 years, the maximum";

@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 use super::happened::{HappenedScan, happened};
 use super::pasted::quoted;
 use rungd_base::calendar::{LocalTime, Utc};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, ScanTimes};
 use rungd_history::observe::Subject;
@@ -25,8 +26,8 @@ pub struct ScenarioOf<'a> {
     pub subject: &'a Subject,
     /// The names of its ladder files.
     pub ladders: Vec<String>,
-    /// The scan period, ms.
-    pub period_ms: u32,
+    /// The scan period.
+    pub period: ScanPeriod,
     /// Sections without a gap, at least one.
     pub sections: &'a [TapeSection],
     /// The name of the scenario.
@@ -42,7 +43,7 @@ pub fn scenario(source: &ScenarioOf) -> String {
     if !engine.resume(&first.state) {
         return String::new();
     }
-    let period_ns = u64::from(source.period_ms) * 1_000_000;
+    let period_ns = source.period.ns();
     let scans = happened(engine, source.sections, period_ns, &watched);
     let set = set(subject, &first.state);
     let trial = trial(subject, &set, &scans, source);
@@ -69,7 +70,7 @@ fn head(source: &ScenarioOf, set: &[(Cell, i32)], first: &TapeSection) -> String
         );
     }
     let _ = writeln!(text, "ladder = [{}]", ladders.join(", "));
-    let _ = writeln!(text, "period = \"{}ms\"\n", source.period_ms);
+    let _ = writeln!(text, "period = \"{}\"\n", source.period);
     let _ = writeln!(text, "[[scenario]]\nname  = {}", quoted(&source.name));
     if !set.is_empty() {
         let one = |(cell, value): &(Cell, i32)| {
@@ -123,7 +124,7 @@ fn trial(
 ) -> Vec<Vec<i32>> {
     let watched = outputs(subject);
     let mut engine = Engine::new(subject.code().clone());
-    let period_ns = u64::from(source.period_ms) * 1_000_000;
+    let period_ns = source.period.ns();
     let local_s = clock(subject, source.sections).unwrap_or(LocalTime::SIMULATED_S);
     // The test does not change field devices, so their `.Ok` bits are ON.
     let well = subject.well();

@@ -11,6 +11,7 @@ use super::step_text::{PulseRepeat, WrittenStep, behind_every};
 use super::step_words::StepWord;
 use super::suite::{ProgramId, Reload, TestOperand, TestStep, TestTime};
 use super::written::WrittenSet;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{DeviceId, duration};
 use rungd_engine::{Cell, TIME_END_NS};
 use rungd_language::source::finding::{Code, Finding};
@@ -216,30 +217,31 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         if from_one > on {
             return Ok(());
         }
-        let period = self.period_ms();
-        let message = format!("at a period of {period} ms no scan is OFF between two pulses");
-        let least = u128::from(period) * (on + 1);
-        let least = i32::try_from(least).unwrap_or(i32::MAX);
+        let period = self.period();
+        let words = period.words();
+        let message = format!("at a period of {words} no scan is OFF between two pulses");
+        let least = u128::from(period.us()) * (on + 1);
+        let least = i32::try_from(least.div_ceil(1000)).unwrap_or(i32::MAX);
         let every_least = format!("every {}", duration::print(least));
         let finding = Finding::new(Code::TestStep, every.span, message);
         Err(finding.propose(text(every_least).at(behind_every(every.span))))
     }
 
-    fn period_ms(&self) -> u32 {
-        self.programs.programs[self.current.0].controller.period_ms
+    fn period(&self) -> ScanPeriod {
+        self.programs.programs[self.current.0].controller.period
     }
 
     /// The number of scans of a time.
     fn scans(&self, time: TestTime) -> u128 {
         match time {
-            TestTime::Ms(ms) => u128::from(ms.div_ceil(self.period_ms()).max(1)),
+            TestTime::Ms(ms) => u128::from(self.period().scans_in_ms(ms.into()).max(1)),
             TestTime::Scans(scans) => scans.into(),
         }
     }
 
     /// Adds the time of a step; refuses a total time that cannot be counted.
     fn passes(&mut self, time: TestTime, times: u32, span: Span) -> Result<(), Finding> {
-        let period_ns = u128::from(self.period_ms()) * MS_NS;
+        let period_ns = u128::from(self.period().ns());
         self.lasts_ns += self.scans(time) * u128::from(times) * period_ns;
         self.lasts(0, span)
     }

@@ -10,6 +10,7 @@ use std::borrow::Cow;
 use std::fmt::Display;
 
 use super::csv;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::address_text::{self, AddressError};
 use rungd_engine::isa::decimal_comma;
 use rungd_engine::isa::real::RealError;
@@ -115,17 +116,17 @@ impl Stimulus {
     /// # Errors
     /// As [`Stimulus::parse_timed`].
     pub fn parse(text: &str, lookup: Lookup) -> Result<Stimulus, StimulusError> {
-        Stimulus::parse_timed(text, 1, lookup)
+        Stimulus::parse_timed(text, ScanPeriod::of_ms(1), lookup)
     }
 
-    /// Parses a stimulus. `period_ms`, the period of the scans, is used to convert times to scans.
+    /// Parses a stimulus. `period`, that of the scans, is used to convert times to scans.
     ///
     /// # Errors
     /// The first line that has the wrong form, names an operand that cannot be written, or holds a
     /// value beyond its operand's range.
     pub fn parse_timed(
         text: &str,
-        period_ms: u32,
+        period: ScanPeriod,
         lookup: Lookup,
     ) -> Result<Stimulus, StimulusError> {
         let mut lines = text.lines().enumerate().map(|(at, line)| (at + 1, line));
@@ -143,7 +144,7 @@ impl Stimulus {
             let cells = csv::cells(row).map_err(fail)?;
             let scan = match column {
                 WhenColumn::Scan => parse_scan(&cells[0], last_scan),
-                WhenColumn::Time => parse_time(&cells[0], period_ms, last_scan),
+                WhenColumn::Time => parse_time(&cells[0], period, last_scan),
             };
             let scan = scan.map_err(fail)?;
             last_scan = Some(scan);
@@ -295,7 +296,7 @@ fn parse_header(header: &str, lookup: Lookup) -> Result<StimulusHeader, String> 
 }
 
 /// The first scan at or after the time of a row.
-fn parse_time(text: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64, String> {
+fn parse_time(text: &str, period: ScanPeriod, last_scan: Option<u64>) -> Result<u64, String> {
     let wrong = || {
         decimal_comma::message(text)
             .unwrap_or_else(|| format!("`{text}` is not a time: write it as 0.35s, 350ms or 1m30s"))
@@ -303,14 +304,15 @@ fn parse_time(text: &str, period_ms: u32, last_scan: Option<u64>) -> Result<u64,
     let time_us = seconds_us(text)
         .or_else(|| duration::parse(text).ok().map(|ms| u64::from(ms.unsigned_abs()) * 1000))
         .ok_or_else(wrong)?;
-    let scan = time_us.div_ceil(u64::from(period_ms.max(1)) * 1000);
+    let scan = time_us.div_ceil(period.us());
     match last_scan {
         Some(last) if scan < last => {
             Err(format!("{text} comes after a later time: rows ascend by time"))
         }
         Some(last) if scan == last => Err(format!(
             "{text} falls into scan {scan}, which has a row already: one row holds all changes of \
-             a scan (of {period_ms} ms)"
+             a scan (of {})",
+            period.words()
         )),
         Some(_) | None => Ok(scan),
     }

@@ -1,6 +1,7 @@
 //! Tests of the stimulus: its header, its rows and its cells.
 
 use super::*;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::BitCell;
 
 fn lookup(name: &str) -> Result<StimulusTarget, String> {
@@ -13,14 +14,14 @@ fn lookup(name: &str) -> Result<StimulusTarget, String> {
 }
 
 fn error(text: &str) -> String {
-    let error = Stimulus::parse_timed(text, 10, &lookup).unwrap_err();
+    let error = Stimulus::parse_timed(text, ScanPeriod::DEFAULT, &lookup).unwrap_err();
     format!("{}: {}", error.line, error.message)
 }
 
 #[test]
 fn each_row_becomes_the_changes_of_its_scan() {
     let text = "scan,X0,C0,D0\r\n0,1,,-5\r\n\r\n3,0,1,\r\n";
-    let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
+    let stimulus = Stimulus::parse_timed(text, ScanPeriod::DEFAULT, &lookup).unwrap();
     let mut from = 0;
     let of: Vec<Vec<StimulusChange>> =
         (0..4).map(|scan| stimulus.of_scan(scan, &mut from).collect()).collect();
@@ -34,7 +35,7 @@ fn each_row_becomes_the_changes_of_its_scan() {
 fn cells_in_quotes_are_read() {
     let plain = "scan,X0,C0\n0,1,\n3,0,1\n";
     let quoted = "\u{feff}\"scan\",\"X0\",\"C0\"\r\n\"0\",\"1\",\"\"\r\n\"3\",0,\"1\"\r\n";
-    let read = |text: &str| Stimulus::parse_timed(text, 10, &lookup).unwrap();
+    let read = |text: &str| Stimulus::parse_timed(text, ScanPeriod::DEFAULT, &lookup).unwrap();
     assert_eq!(read(quoted), read(plain));
     assert_eq!(
         error("scan,X0\n0,\"1\n"),
@@ -48,7 +49,7 @@ fn cells_in_quotes_are_read() {
 fn a_word_accepts_the_integer_notations_of_a_ladder() {
     let change = |cell: &str| {
         let text = format!("scan,D0\n0,{cell}\n");
-        let stimulus = Stimulus::parse_timed(&text, 10, &lookup).unwrap();
+        let stimulus = Stimulus::parse_timed(&text, ScanPeriod::DEFAULT, &lookup).unwrap();
         stimulus.of_scan(0, &mut 0).collect::<Vec<_>>()
     };
     assert_eq!(change("0x5"), [StimulusChange::Word(WordCell(7), 5)]);
@@ -71,7 +72,7 @@ fn a_word_accepts_the_integer_notations_of_a_ladder() {
 #[test]
 fn a_time_selects_the_first_scan_at_or_after_it() {
     let scans = |text: &str| {
-        let stimulus = Stimulus::parse_timed(text, 10, &lookup).unwrap();
+        let stimulus = Stimulus::parse_timed(text, ScanPeriod::DEFAULT, &lookup).unwrap();
         stimulus.rows.0.iter().map(|(scan, _)| *scan).collect::<Vec<_>>()
     };
     let text = "time,X0\n0s,1\n0.005s,0\n0.02s,1\n0.020001s,0\n350ms,1\n1m30s,0\n";

@@ -348,6 +348,7 @@ findings! {
         "A start with nothing to restore waits for an operator's command, but has no socket.";
     HeldButReset "held-but-reset" Warning "An output that is to be held goes OFF at every stop.";
     LongPeriod "long-period" Warning "Scans are more than a second apart.";
+    ShortPeriod "short-period" Warning "Scans are less than a millisecond apart.";
     InputUnmapped "input-unmapped" Warning "The ladder reads an input that no field device moves.";
     OutputUnmapped "output-unmapped" Warning "An output that no field device takes.";
     InputNamedTwice "input-named-twice" Warning "Two tags are the same input.";

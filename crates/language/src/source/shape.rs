@@ -45,6 +45,8 @@ pub enum ValueForm {
     Integers(i64, i64),
     /// A duration: `"10ms"`.
     Duration,
+    /// A scan period: `"10ms"`, `"250us"`.
+    Period,
     /// A number, a duration, `true` or `false`.
     Constant,
     /// A constant, or an array of constants.
@@ -77,6 +79,7 @@ impl ValueForm {
             | ValueForm::Integer(..)
             | ValueForm::Integers(..)
             | ValueForm::Duration
+            | ValueForm::Period
             | ValueForm::Constant
             | ValueForm::Constants
             | ValueForm::Scalar

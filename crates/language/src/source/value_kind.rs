@@ -11,6 +11,7 @@ use super::fix::{Help, one_of, pair, possible, propose, proposed};
 use super::key::KeyLimit;
 use super::nearest::{KnownNames, did_you_mean};
 use super::shape::ValueForm;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::duration;
 
 /// A kind of values that are written as strings.
@@ -200,6 +201,53 @@ impl ValueKind for Millis {
         }
     }
 }
+
+/// Scan periods: a duration, or a number of microseconds, `250us`.
+#[derive(Clone, Copy, Debug)]
+pub struct Periods;
+
+/// A JSON Schema: no period below [`ScanPeriod::LEAST_US`], which has three digits.
+const LEAST_100US: &str = r#"{"not":{"pattern":"^0*([0-9]{0,2}us|0ms)$"}}"#;
+
+impl ValueKind for Periods {
+    type Value = ScanPeriod;
+
+    fn form(&self) -> ValueForm {
+        ValueForm::Period
+    }
+
+    fn limit(&self) -> KeyLimit {
+        KeyLimit::Schema(LEAST_100US)
+    }
+
+    fn noun(&self) -> &'static str {
+        "a duration (`\"10ms\"`)"
+    }
+
+    fn read(&self, key: &str, text: &Text, find: &mut dyn FnMut(Finding)) -> Option<ScanPeriod> {
+        let us = match ScanPeriod::written_us(&text.text) {
+            Some(us) => us,
+            None => u64::from(read_duration(text, find)?) * 1000,
+        };
+        let mut refuse = |limit: &str, value: &str| {
+            let message = format!("`{key}` is at {limit}");
+            let help = propose(pair(format!("{key} = \"{value}\"")));
+            find(Finding::new(Code::OutOfRange, text.span, message).help(help));
+        };
+        if us > PERIOD_US_MAX {
+            refuse("most 596h", "10ms");
+            return None;
+        }
+        let period = ScanPeriod::of_us(us);
+        if period.is_none() {
+            refuse(&format!("least {}us", ScanPeriod::LEAST_US), "10ms");
+        }
+        period
+    }
+}
+
+/// The longest duration, µs.
+const PERIOD_US_MAX: u64 = i32::MAX as u64 * 1000;
 
 /// Values that a function reads from a text: paths, addresses, permissions.
 #[derive(Clone, Copy, Debug)]

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_config::controller::Controller;
 use rungd_config::controller::log::LogSettings;
 use rungd_config::load::controller_file;
@@ -37,7 +38,7 @@ fn names(ranges: &[rungd_language::resolve::range::Range]) -> Vec<String> {
 #[test]
 fn everything_but_the_ladder_has_a_default() {
     let controller = controller("defaults", "ladder = [\"programs/bottling.toml\"]\n");
-    assert_eq!((controller.period_ms, controller.watchdog_ms), (10, 200));
+    assert_eq!((controller.period, controller.watchdog_ms), (ScanPeriod::of_ms(10), 200));
     assert_eq!(controller.log, LogSettings::default());
     assert!(controller.modbus.is_none() && controller.rules.is_empty());
     assert!(controller.outputs_on.is_empty() && controller.retain.is_empty());
@@ -59,6 +60,7 @@ priority    = 80
 cpus        = [3, 1, 3]
 lock-memory = true
 cpu-latency = "0us"
+spin        = "60us"
 strict      = true
 
 [memory]
@@ -100,12 +102,13 @@ statistics = "0s"
 #[test]
 fn written_settings_are_used() {
     let controller = controller("said", SAID);
-    assert_eq!((controller.period_ms, controller.watchdog_ms), (2, 50));
+    assert_eq!((controller.period, controller.watchdog_ms), (ScanPeriod::of_ms(2), 50));
     let realtime = Posture {
         policy: Policy::Fifo(80),
         cpus: vec![1, 3],
         lock_memory: true,
         cpu_latency_us: Some(0),
+        spin_us: 60,
         strict: true,
     };
     assert_eq!(controller.realtime, realtime);

@@ -132,6 +132,7 @@ fn known(scene: &CompletionScene, present: &[&str], into: &mut Proposals) {
             | ValueForm::Integer(..)
             | ValueForm::Integers(..)
             | ValueForm::Duration
+            | ValueForm::Period
             | ValueForm::Constant
             | ValueForm::Constants
             | ValueForm::Scalar

@@ -38,9 +38,11 @@ pub(super) fn words(key: &Key, form: &ValueForm) -> Vec<String> {
 /// The text after a key: as plain text, and as a snippet.
 pub(super) fn skeleton(form: &ValueForm) -> (&'static str, &'static str) {
     match form {
-        ValueForm::Text | ValueForm::Words(_) | ValueForm::Duration | ValueForm::TextOrTexts => {
-            (" = ", " = \"$1\"")
-        }
+        ValueForm::Text
+        | ValueForm::Words(_)
+        | ValueForm::Duration
+        | ValueForm::Period
+        | ValueForm::TextOrTexts => (" = ", " = \"$1\""),
         ValueForm::Texts => (" = ", " = [\"$1\"]"),
         ValueForm::Flag => (" = ", " = ${1|true,false|}"),
         ValueForm::Integers(..) => (" = ", " = [$1]"),

@@ -75,7 +75,7 @@ fn operand(scene: &CompletionScene, before: &str) -> Proposals {
     };
     match (words(&key, &form).is_empty(), form) {
         (false, _) => words_of(scene, before),
-        (true, ValueForm::Duration) => Proposals::of(before),
+        (true, ValueForm::Duration | ValueForm::Period) => Proposals::of(before),
         (true, _) => contacts::offer(scene, before, WantedName::Anything),
     }
 }

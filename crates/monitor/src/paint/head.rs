@@ -4,7 +4,7 @@ use ratatui_core::layout::Rect;
 
 use super::pen::{Accent, ScreenPen};
 use crate::state::MonitorState;
-use rungd_base::duration_text::duration_text;
+use rungd_base::duration_text::{duration_text, period_text};
 use rungd_client::operator::protocol::{AlarmStatus, ControllerStatus, is_run};
 
 /// Draws the head.
@@ -42,7 +42,7 @@ fn scan(status: &ControllerStatus) -> String {
     let execution = &status.scan.execution;
     format!(
         "every {}  last {:.1} us  p99 {:.1} us  max {:.1} us  overruns {}",
-        duration_text(status.period_us * 1000),
+        period_text(status.period_us * 1000),
         execution.last_us,
         execution.p99_us,
         execution.max_us,

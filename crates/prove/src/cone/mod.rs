@@ -109,7 +109,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
             code: program::joined(slice),
             inputs,
             judged: bits.to_vec(),
-            period_ms: model.period_ms,
+            period: model.period,
             late_max: model.late_max,
             start: model.start.clone(),
             assumed: model.assumed.clone(),

@@ -91,7 +91,7 @@ pub(super) fn acc_forms(
         uses: FxHashMap::default(),
         seen: inputs.clone(),
         inputs,
-        period_ms: model.period_ms.max(1).cast_signed(),
+        period_ms: model.period_ms().max(1).cast_signed(),
     };
     code.blocks.iter().for_each(|block| search.element(&block.own));
     code.stages.iter().for_each(|stage| search.element(stage));

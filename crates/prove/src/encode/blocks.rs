@@ -107,7 +107,7 @@ impl Encoder<'_> {
             None => self.own_number(OwnNumber::Interval(id), high),
         };
         let phase = self.own_number(OwnNumber::Phase(id), high);
-        let period = Number::constant(self.model.period_ms.into());
+        let period = Number::constant(self.model.period_ms().into());
         let passed = match self.late {
             None => period.clone(),
             Some(_) => self.since().mul(&mut self.graph, &period),

@@ -38,7 +38,7 @@ mod written;
 
 use crate::aig::Literal;
 use crate::gates::{Gates, Latch};
-use crate::model::ProofModel;
+use crate::model::{ProofModel, UNEVEN_PERIOD};
 pub use acc_forms::AccForm;
 use encoder::Encoder;
 use held::{Next, OwnedLatch};
@@ -79,7 +79,10 @@ pub(crate) fn written_limits(
 
 /// Why the start of a model has no gates; `None`: it has.
 pub(crate) fn obstacle(model: &ProofModel) -> Option<&'static str> {
-    Start::of(model).obstacle()
+    match model.period.whole_ms() {
+        Some(_) => Start::of(model).obstacle(),
+        None => Some(UNEVEN_PERIOD),
+    }
 }
 
 /// Whether an operation of a program may write each bit.

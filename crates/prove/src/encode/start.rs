@@ -53,7 +53,7 @@ impl Start {
             since_start_ms: first_ns.saturating_sub(start_ns) / NS_PER_MS,
             fresh: (!model.events.kinds.is_empty()).then(|| model.fresh()),
             first_ms: first_ns / NS_PER_MS,
-            period_ms: u64::from(model.period_ms.max(1)),
+            period_ms: u64::from(model.period_ms().max(1)),
             image,
             engine,
             first_turns,

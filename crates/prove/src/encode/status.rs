@@ -76,7 +76,7 @@ impl Encoder<'_> {
 
     /// A clock bit: ON for the first half of its period.
     fn clock(&mut self, bit: u32, clock_ms: u32) -> Literal {
-        let step = Number::constant(i128::from(self.model.period_ms % clock_ms));
+        let step = Number::constant(i128::from(self.model.period_ms() % clock_ms));
         let clock = Number::constant(clock_ms.into());
         let latches = self.latches.len();
         let initial = self.start.since_start_ms % u64::from(clock_ms);

@@ -19,7 +19,7 @@ impl Encoder<'_> {
     /// The greatest number of periods of which an element's operations make a difference; `None` if
     /// they do not ask for the time.
     fn age_max(&self, code: &ElementCode) -> Option<i128> {
-        let period_ms = i128::from(self.model.period_ms.max(1));
+        let period_ms = i128::from(self.model.period_ms().max(1));
         let all = i128::from(i32::MAX) / period_ms + 1;
         let tables = &self.code.tables;
         let batches = code.batches.clone().map(|at| tables.batches[at as usize]);
@@ -56,7 +56,7 @@ impl Encoder<'_> {
         if let Some(interval) = self.written.interval(element.block)
             && !self.start.has_running_timer
         {
-            let periods = i128::from(interval) / i128::from(self.model.period_ms.max(1));
+            let periods = i128::from(interval) / i128::from(self.model.period_ms().max(1));
             max = max.min(periods + i128::from(self.model.late_max));
         }
         let age = OwnNumber::Age(element.into());
@@ -98,7 +98,7 @@ impl Encoder<'_> {
         match self.elapsed.clone().expect("an element with a timer asks for the time") {
             Elapsed::Ms(elapsed) => elapsed,
             Elapsed::Scans(scans) => {
-                let period = Number::constant(self.model.period_ms.into());
+                let period = Number::constant(self.model.period_ms().into());
                 let elapsed = scans.mul(&mut self.graph, &period);
                 elapsed.clamp(&mut self.graph, 0, i32::MAX)
             }
@@ -119,7 +119,7 @@ impl Encoder<'_> {
         let preset = preset.clamp(&mut self.graph, 0, i32::MAX);
         match (self.acc_forms.get(&timer.at), preset.as_constant()) {
             (Some(AccForm::Scans { .. }), Some(ms)) => {
-                let period = i128::from(self.model.period_ms.max(1));
+                let period = i128::from(self.model.period_ms().max(1));
                 Number::constant((ms + period - 1) / period)
             }
             _ => preset,

@@ -94,7 +94,7 @@ impl StateForm {
         }
         bits.extend(model.events.image_is_final.map(|bit| bit.0));
         let clock = StoredClock::new(code, &slice);
-        let begins_again = (!model.events.kinds.is_empty()).then_some(model.period_ms.into());
+        let begins_again = (!model.events.kinds.is_empty()).then_some(model.period_ms().into());
         let mut form = StateForm { bits, words, elements, clock, begins_again, size: 0 };
         let mut bytes = Vec::new();
         form.save(start, &mut bytes);

@@ -4,7 +4,7 @@
 
 use std::time::Instant;
 
-use crate::model::Path;
+use crate::model::{Path, UNEVEN_PERIOD};
 
 /// When to stop without an answer.
 #[derive(Clone, Copy)]
@@ -69,6 +69,8 @@ pub enum Explored {
 /// Why a search stopped without an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopCause {
+    /// The period is no number of whole milliseconds.
+    Period,
     /// A state needs more combinations of inputs than allowed.
     Combinations,
     /// The states take more memory than allowed.
@@ -87,6 +89,7 @@ impl StopCause {
     /// The cause for people.
     pub fn text(self) -> &'static str {
         match self {
+            StopCause::Period => UNEVEN_PERIOD,
             StopCause::Combinations => "the inputs have too many values to try all",
             StopCause::Memory => "the states take more memory than allowed",
             StopCause::Time => "the time is over",

@@ -48,40 +48,44 @@ pub fn explore_traced(
 ) -> Explored {
     let cone = cone(model, &[target.bit]);
     match searched(&cone, target, traced_min, |search| search.run(limits)) {
-        None => too_many(),
-        Some(Explored::Found(path)) => Explored::Found(cone.widened(&path)),
-        Some(ended @ (Explored::All { .. } | Explored::Stopped { .. })) => ended,
+        Err(cause) => not_begun(cause),
+        Ok(Explored::Found(path)) => Explored::Found(cone.widened(&path)),
+        Ok(ended @ (Explored::All { .. } | Explored::Stopped { .. })) => ended,
     }
 }
 
 /// As [`explore`], for the cone of the target. The path is one of the cone.
 pub(crate) fn explore_cone(cone: &Cone, target: Target, limits: &ExploreLimits) -> Explored {
-    searched(cone, target, TRACED_MIN, |search| search.run(limits)).unwrap_or_else(too_many)
+    searched(cone, target, TRACED_MIN, |search| search.run(limits)).unwrap_or_else(not_begun)
 }
 
 /// Whether from every state that can be reached some inputs lead to the target. The path is one of
 /// the cone of the target.
 pub fn explore_can(cone: &Cone, target: Target, limits: &ExploreLimits) -> Attained {
     let attained = searched(cone, target, TRACED_MIN, |search| can::attain(search, limits));
-    attained.unwrap_or(Attained::Stopped { states: 0, cause: StopCause::Combinations })
+    attained.unwrap_or_else(|cause| Attained::Stopped { states: 0, cause })
 }
 
-fn too_many() -> Explored {
-    Explored::Stopped { states: 0, depth: 0, cause: StopCause::Combinations }
+fn not_begun(cause: StopCause) -> Explored {
+    Explored::Stopped { states: 0, depth: 0, cause }
 }
 
-/// Searches the states of a cone; `None`: its inputs have too many combinations.
+/// Searches the states of a cone, or says why it does not begin: its inputs have too many
+/// combinations, or the times between its scans differ in whole milliseconds.
 fn searched<T>(
     cone: &Cone,
     target: Target,
     traced_min: u64,
     search: impl FnOnce(&StateSearch) -> T,
-) -> Option<T> {
-    let inputs = Inputs::new(&cone.model, target)?;
+) -> Result<T, StopCause> {
+    if cone.model.period.whole_ms().is_none() {
+        return Err(StopCause::Period);
+    }
+    let inputs = Inputs::new(&cone.model, target).ok_or(StopCause::Combinations)?;
     let traces = inputs.usual() >= traced_min;
     let mut model = cone.model.clone();
     if traces {
         model.code = split(&model.code);
     }
-    Some(search(&StateSearch::new(&model, target, inputs, traces)))
+    Ok(search(&StateSearch::new(&model, target, inputs, traces)))
 }

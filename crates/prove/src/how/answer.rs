@@ -3,6 +3,7 @@
 //! `how` makes it; `rungd how`, `rungd web` and `rungd lsp` show it.
 
 use crate::answer::Way;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_lab::testing::time_text;
 use rungd_language::source::wording::{counted, thousands};
 use serde_json::{Value, json};
@@ -16,8 +17,8 @@ pub struct HowAnswer {
     pub condition: String,
     /// The state that it is about; `None`: a cold start.
     pub begin: Option<HowBegin>,
-    /// The scan period, ms.
-    pub period_ms: u32,
+    /// The scan period.
+    pub period: ScanPeriod,
     /// What an operator may write.
     pub writes: Vec<String>,
     /// What was found.
@@ -131,7 +132,7 @@ impl HowAnswer {
 
     /// The scan behind which it is true, with its time.
     fn when(&self, scan: u64) -> String {
-        let time = |scans: u64| time_text(scans * u64::from(self.period_ms) * 1_000_000);
+        let time = |scans: u64| time_text(scans * self.period.ns());
         match &self.begin {
             None => format!("at scan {} ({})", thousands(scan), time(scan.saturating_sub(1))),
             Some(HowBegin { scan: Some(last), .. }) => {

@@ -127,7 +127,7 @@ impl HowQuestion {
         HowAnswer {
             condition: self.condition().to_owned(),
             begin: self.begin.as_ref().map(|begin| begin.told.clone()),
-            period_ms: self.questions.model.period_ms,
+            period: self.questions.model.period,
             writes: self.writes(),
             verdict,
             ms: begun.elapsed().as_millis(),

@@ -92,7 +92,7 @@ impl<'q> Sentence<'q> {
     }
 
     fn time(&self, scans: u64) -> String {
-        time_text(scans * u64::from(self.questions.model.period_ms) * 1_000_000)
+        time_text(scans * self.questions.model.period_ns())
     }
 
     fn clauses(&self) -> Vec<Clause> {

@@ -69,9 +69,9 @@ pub fn survey(
     let answers = settling.all(&ladder.drafts);
     let flapping = settling.flapping(&ladder.drafts, &answers);
     let facts = facts(&ladder.drafts, answers, flapping, &suite);
-    let period_ms = first.controller.period_ms;
+    let period = first.controller.period;
     let limits = limits.clone();
-    Survey { facts, period_ms, suite, programs, model, inputs, limits }
+    Survey { facts, period, suite, programs, model, inputs, limits }
 }
 
 fn facts(

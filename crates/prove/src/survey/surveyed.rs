@@ -5,6 +5,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit};
 use rungd_lab::rig::RigProgram;
 use rungd_lab::testing::{Condition, FoundRun, Suite, TestStep, try_run};
@@ -24,8 +25,8 @@ use crate::trial::steps;
 pub struct Survey {
     /// The facts, in the order of the ladder.
     pub facts: Vec<Fact>,
-    /// The scan period, ms.
-    pub period_ms: u32,
+    /// The scan period.
+    pub period: ScanPeriod,
     pub(super) suite: Suite,
     pub(super) programs: Vec<Arc<RigProgram>>,
     pub(super) model: ProofModel,

@@ -1,5 +1,6 @@
 //! Models of ladders in text.
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::Cell;
 use rungd_language::lower::judged::{Judges, lower_judged};
 use rungd_language::resolve::LoadOptions;
@@ -47,7 +48,7 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
         FreeInput { cell, low: 0, high: 1, cold: None }
     };
     ProofModel {
-        period_ms: PERIOD_MS,
+        period: ScanPeriod::of_ms(PERIOD_MS),
         late_max: 1,
         start: ProofStart::Cold(Vec::new()),
         inputs: asked.inputs.iter().map(input).collect(),

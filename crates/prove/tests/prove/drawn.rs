@@ -1,5 +1,6 @@
 //! Random models: a program of the reference model's generator, with random inputs and conditions.
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Word};
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, ResumeBits, Transfer, WordCell};
 use rungd_language::lower::judged::{Judges, lower_judged};
@@ -87,7 +88,7 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
              inputs {inputs:?}, {events:?}"
         ),
         model: ProofModel {
-            period_ms: case.period as u32,
+            period: ScanPeriod::of_ms(case.period as u32),
             late_max,
             start: ProofStart::Cold(Vec::new()),
             inputs,

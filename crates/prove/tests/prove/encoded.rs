@@ -10,6 +10,7 @@ use super::aiger_file::WrittenSystem;
 use super::bench::{Asked, model, model_of};
 use super::drawn::fresh;
 use super::lanes::{LANES, Lanes};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::status::dst;
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{BitCell, Cell, EngineProgram, Layout, ResumeBits, WordCell};
@@ -148,7 +149,7 @@ fn check_cells(
     for (word, bits) in &encoding.words {
         let found = content(bits, &is_on);
         let form = encoding.acc_forms.iter().find(|(cell, _)| cell == word);
-        let period_ms = model.period_ms.cast_signed();
+        let period_ms = model.period_ms().cast_signed();
         let expected = match (image.word(*word), form) {
             (value, None) => value,
             (value, Some((_, AccForm::Limited { low, high }))) => value.clamp(*low, *high),
@@ -314,7 +315,7 @@ fn model_of_case(case: &Case) -> ProofModel {
         model.inputs.push(FreeInput { cell, low: 0, high: 23, cold: None });
     }
     let late_max = if case.seed.is_multiple_of(3) { 4 } else { 1 };
-    ProofModel { period_ms: case.period as u32, late_max, ..model }
+    ProofModel { period: ScanPeriod::of_ms(case.period as u32), late_max, ..model }
 }
 
 #[test]
@@ -335,7 +336,7 @@ fn gates_equal_the_engine(case: &case::Case, seed: u64) {
         let names = table.inputs.iter().filter(is_x);
         let asked = Asked { judged: &["X0"], ..Asked::default() };
         let model = model_with(&program, asked, names);
-        let model = ProofModel { period_ms: case.period_ms, late_max, ..model };
+        let model = ProofModel { period: ScanPeriod::of_ms(case.period_ms), late_max, ..model };
         compare(&model, seed, 20);
     }
 }

@@ -18,7 +18,7 @@ fn run_before(drawn: &Drawn, rng: &mut Rng) -> Option<Engine> {
     engine.start(now_ns);
     let mut inputs = Vec::new();
     for _ in 0..rng.range(1, 40) {
-        let period_ns = i64::from(drawn.model.period_ms) * 1_000_000;
+        let period_ns = i64::from(drawn.model.period_ms()) * 1_000_000;
         let late_ns = if rng.chance(20) { rng.range(0, 30_000_000) } else { 0 };
         now_ns += (period_ns + late_ns).cast_unsigned();
         engine.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
@@ -107,7 +107,7 @@ fn a_judged_program_goes_on_like_the_program_whose_state_it_has() {
         let drawn = given(fresh, &mut plain);
         let (mut run, mut inputs) = (Run::new(&drawn.model), Vec::new());
         for _ in 0..30 {
-            let now_ns = plain.now_ns() + u64::from(drawn.model.period_ms) * 1_000_000;
+            let now_ns = plain.now_ns() + u64::from(drawn.model.period_ms()) * 1_000_000;
             inputs = drawn.inputs(&mut rng, &inputs);
             plain.begin_scan(now_ns, &ScanTimes::default(), &LocalTime::default());
             write(&mut plain, &drawn, &inputs);

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use super::settings::{DriverSettings, OnLoss};
 use crate::controller::side_ladder::{WrittenSideLadder, operand_of};
 use rungd_base::progress::Progress;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::Address;
 use rungd_language::resolve::program::Program;
 use rungd_language::source::finding::{Code, Finding};
@@ -187,8 +188,8 @@ pub struct ResolvedRows<'a> {
     pub all: &'a [ResolvedRow<'a>],
     /// The progress of the load.
     pub progress: &'a Progress,
-    /// The scan period of the controller, ms.
-    pub period_ms: u32,
+    /// The scan period of the controller.
+    pub period: ScanPeriod,
     /// The ladder that is the device, if it is one that was loaded.
     pub ladder: Option<&'a Arc<Program>>,
 }

@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use super::side_ladder::SidePrograms;
 use rungd_base::progress::Progress;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, Real, Word, WordSpace};
 use rungd_language::resolve::names::NAME_MAX;
 use rungd_language::resolve::operands::resolve_operands;
@@ -84,8 +85,8 @@ pub(super) struct MapNames<'a> {
     pub scope: &'a Scope,
     /// The ladders that are devices.
     pub ladders: &'a SidePrograms,
-    /// The scan period of the controller, ms.
-    pub period_ms: u32,
+    /// The scan period of the controller.
+    pub period: ScanPeriod,
 }
 
 /// Resolves all `[[device]]` tables. If one of the findings is an error, devices may be missing.
@@ -104,8 +105,8 @@ pub(super) fn resolve(
     // A name that is too long has a finding where the ladders' names are declared.
     let numbered = named.enumerate().filter(|(_, named)| named.name.text.len() <= NAME_MAX);
     let room = PointsRoom { of_device: POINTS_MAX, of_all: POINTS_OF_ALL_MAX, is_told: false };
-    let MapNames { scope, period_ms, .. } = names;
-    let mut resolver = DeviceResolver { scope, period_ms, progress, room, findings };
+    let MapNames { scope, period, .. } = names;
+    let mut resolver = DeviceResolver { scope, period, progress, room, findings };
     let resolved = numbered.filter_map(|(at, named)| resolver.one(named, DeviceId(at as u32)));
     let resolved: Vec<Device> = resolved.collect();
     findings.extend(modbus::at_odds(&resolved, devices, progress));
@@ -123,7 +124,7 @@ struct NamedDevice<'a> {
 /// Resolves devices one after the other.
 struct DeviceResolver<'a> {
     scope: &'a Scope,
-    period_ms: u32,
+    period: ScanPeriod,
     progress: &'a Progress,
     room: PointsRoom,
     findings: &'a mut Vec<Finding>,
@@ -152,7 +153,7 @@ impl DeviceResolver<'_> {
         let findings = &mut *self.findings;
         findings.extend(too_early_loss(device));
         let of_driver =
-            ResolvedRows { all: &rows, progress: self.progress, ladder, period_ms: self.period_ms };
+            ResolvedRows { all: &rows, progress: self.progress, ladder, period: self.period };
         let settings = driver.resolve(device, of_driver, findings);
         let outputs = outputs(&rows, findings);
         let inputs = inputs(&rows, findings);

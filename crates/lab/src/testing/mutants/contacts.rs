@@ -207,7 +207,7 @@ impl<'g, 'a> ContactSearch<'g, 'a> {
             let is_time =
                 matches!(value, Value::Const(_, ConstantForm::Duration)) || is_timer(other);
             let step = match is_time {
-                true => ConstantStep::time(self.ground.period_ms, 0),
+                true => ConstantStep::time(self.ground.period, 0),
                 false => ConstantStep::count(i32::MIN, i32::MAX),
             };
             let same = border_as_constant(how, side == 0);

@@ -240,7 +240,7 @@ impl<'g, 'a> FormulaSearch<'g, 'a> {
     fn integer(&mut self, at: usize, constant: FormulaInteger, as_border: Option<Direction>) {
         let Ok(n) = i32::try_from(constant.number) else { return };
         let step = match self.is_time(at) {
-            true => ConstantStep::time(self.ground.period_ms, 0),
+            true => ConstantStep::time(self.ground.period, 0),
             false => ConstantStep::count(i32::MIN, i32::MAX),
         };
         let value = Value::Const(n, ConstantForm::Integer);

@@ -2,6 +2,7 @@
 //!
 //! Made once for a program; used by the other files of this folder.
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::Word;
 use rungd_language::lower::WordLimits;
 use rungd_language::resolve::program::Program;
@@ -17,7 +18,7 @@ pub(super) struct Ground<'a> {
     pub program: &'a Program,
     files: &'a [SourceFile],
     /// The scan period, ms.
-    pub period_ms: u32,
+    pub period: ScanPeriod,
     /// Whether all rungs are in files of the library; then these files are under test.
     has_library_only: bool,
     limits: WordLimits,
@@ -56,7 +57,7 @@ pub(super) struct FoundMutation {
 }
 
 impl<'a> Ground<'a> {
-    pub fn new(program: &'a Program, files: &'a [SourceFile], period_ms: u32) -> Ground<'a> {
+    pub fn new(program: &'a Program, files: &'a [SourceFile], period: ScanPeriod) -> Ground<'a> {
         let is_library = |span: Span| {
             files.get(span.file.0 as usize).is_some_and(|file| file.name.starts_with(LIBRARY))
         };
@@ -64,7 +65,7 @@ impl<'a> Ground<'a> {
         let mut places = rungs.map(|rung| program.layers.in_file(rung.extent));
         let has_library_only = places.all(is_library);
         let limits = WordLimits::of(program);
-        Ground { program, files, period_ms, has_library_only, limits }
+        Ground { program, files, period, has_library_only, limits }
     }
 
     /// Whether the file of a place is under test. Files of the library have tests of their own.

@@ -178,8 +178,8 @@ impl InstructionSearch<'_, '_> {
                 Value::Const(_, written) => Some(written),
                 Value::Real(_) | Value::Word(_) | Value::Element(_) => None,
             };
-            let period_ms = self.ground.period_ms;
-            let step = ConstantStep::of(row.kind, written, period_ms, to_bits);
+            let period = self.ground.period;
+            let step = ConstantStep::of(row.kind, written, period, to_bits);
             let is_preset = row.key.is_some_and(|key| key.ends_with("preset"));
             let step = if is_preset { step.of_preset() } else { step };
             for (to, new) in step.neighbours(value) {

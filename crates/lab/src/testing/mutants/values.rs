@@ -1,5 +1,6 @@
 //! The numbers of an instruction, and the neighbours that an author might have written by mistake.
 
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{OperandKind, Real, duration};
 pub use rungd_language::resolve::program::{ConstantForm, Value};
 
@@ -39,8 +40,8 @@ impl ConstantStep {
     }
 
     /// The step for a duration.
-    pub fn time(period_ms: u32, least: i32) -> ConstantStep {
-        let step = i32::try_from(period_ms).unwrap_or(i32::MAX).max(1);
+    pub fn time(period: ScanPeriod, least: i32) -> ConstantStep {
+        let step = i32::try_from(period.ms_up()).unwrap_or(i32::MAX);
         let distance = NeighbourDistance::Tenth;
         ConstantStep { step, distance, to_zero: false, least, most: i32::MAX, is_time: true }
     }
@@ -70,7 +71,7 @@ impl ConstantStep {
     pub fn of(
         kind: OperandKind,
         written: Option<ConstantForm>,
-        period_ms: u32,
+        period: ScanPeriod,
         to_bits: bool,
     ) -> ConstantStep {
         if let OperandKind::Value(least, most) = kind {
@@ -81,10 +82,10 @@ impl ConstantStep {
         }
         if kind == OperandKind::Interval {
             // 0 and less mean every scan, as does every interval up to the period.
-            return ConstantStep::time(period_ms, 1);
+            return ConstantStep::time(period, 1);
         }
         match kind == OperandKind::Duration || written == Some(ConstantForm::Duration) {
-            true => ConstantStep::time(period_ms, 0),
+            true => ConstantStep::time(period, 0),
             false => ConstantStep::count(i32::MIN, i32::MAX),
         }
     }

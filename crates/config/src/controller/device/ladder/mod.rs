@@ -96,8 +96,8 @@ fn plant(
             }
         }
     }
-    let period_ms = keys.side.period_ms.unwrap_or(rows.period_ms);
-    Some(LadderSettings { program: program.clone(), period_ms, inputs, outputs })
+    let period = keys.side.period.unwrap_or(rows.period);
+    Some(LadderSettings { program: program.clone(), period, inputs, outputs })
 }
 
 /// The bits or words of the plant that a row names.

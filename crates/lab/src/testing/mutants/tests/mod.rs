@@ -16,6 +16,7 @@ use expect_test::Expect;
 
 use super::{Mutant, mutants};
 use rungd_base::calendar::LocalTime;
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, Word, WordSpace};
 use rungd_engine::{self as engine, Cell, Engine, EngineCall, ScanTimes};
 use rungd_language::lower::lower;
@@ -23,7 +24,7 @@ use rungd_language::resolve::program::Program;
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
 
-const PERIOD_MS: u32 = 10;
+const PERIOD: ScanPeriod = ScanPeriod::of_ms(10);
 
 fn load(files: &[(&str, &str)]) -> (Program, Vec<SourceFile>) {
     let file = |(name, text): &(&str, &str)| SourceFile {
@@ -38,7 +39,7 @@ fn load(files: &[(&str, &str)]) -> (Program, Vec<SourceFile>) {
 /// Checks the list of the mutants of ladder files. Each mutant runs, and no two are the same.
 fn check(files: &[(&str, &str)], expected: Expect) {
     let (program, files) = load(files);
-    let mutants = mutants(&program, &files, PERIOD_MS);
+    let mutants = mutants(&program, &files, PERIOD);
     let mut text = String::new();
     let mut rung = "";
     for mutant in &mutants {
@@ -97,7 +98,7 @@ fn run(program: &Program, code: engine::EngineProgram) {
     let mut random = 0x2545_f491_4f6c_dd1d_u64;
     for scan in 0..200_u64 {
         engine.begin_scan(
-            scan * u64::from(PERIOD_MS) * 1_000_000,
+            scan * PERIOD.ns(),
             &ScanTimes::default(),
             &LocalTime::of(LocalTime::SIMULATED_S),
         );

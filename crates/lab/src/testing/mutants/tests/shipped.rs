@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use expect_test::expect;
 
-use super::{PERIOD_MS, try_all};
+use super::{PERIOD, try_all};
 use crate::testing::mutants::retained::retained;
 use crate::testing::mutants::{MutantKind, mutants};
 use rungd_config::load::{controller_file, ladder_files};
@@ -29,8 +29,8 @@ fn files(folder: &str) -> Vec<PathBuf> {
 
 /// Tries all mutants of the rungs of a shipped program; returns their number as text.
 fn count(name: &Path, program: &Program, files: &[SourceFile]) -> String {
-    let all = mutants(program, files, PERIOD_MS);
-    let again = mutants(program, files, PERIOD_MS);
+    let all = mutants(program, files, PERIOD);
+    let again = mutants(program, files, PERIOD);
     assert_eq!(format!("{all:?}"), format!("{again:?}"));
     try_all(program, &all);
     format!(

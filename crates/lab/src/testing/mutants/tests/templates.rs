@@ -2,7 +2,7 @@
 
 use expect_test::expect;
 
-use super::{PERIOD_MS, check, load};
+use super::{PERIOD, check, load};
 use crate::testing::mutants::mutants;
 
 const PUMP: &str = r#"
@@ -124,6 +124,6 @@ fn the_library_is_mutated_only_if_there_is_no_other_file() {
         "#]],
     );
     let (program, files) = load(&[("lib:pump", PUMP), ("plant.toml", PUMPS)]);
-    let places = mutants(&program, &files, PERIOD_MS).into_iter().map(|mutant| mutant.span.file.0);
+    let places = mutants(&program, &files, PERIOD).into_iter().map(|mutant| mutant.span.file.0);
     assert!(places.clone().any(|file| file == 0) && places.clone().any(|file| file == 1));
 }
