@@ -134,7 +134,7 @@ impl SchemaWriter {
             }
             ValueForm::Duration => json!({ "type": "string", "pattern": DURATION, "minLength": 1 }),
             ValueForm::Period => {
-                let pattern = format!("{DURATION}|^[0-9]+us$");
+                let pattern = format!("{DURATION}|^0*[1-9][0-9][0-9]+us$");
                 json!({ "type": "string", "pattern": pattern, "minLength": 1 })
             }
             ValueForm::Constant => json!({ "type": ["number", "string", "boolean"] }),

@@ -85,7 +85,7 @@ pub fn text(bytes: &[u8]) -> String {
 }
 
 /// The scans of a trace: the first cell of each row below the header.
-fn scans(trace: &str) -> Vec<&str> {
+pub fn scans(trace: &str) -> Vec<&str> {
     trace.lines().skip(1).filter_map(|line| line.split(',').next()).collect()
 }
 
@@ -176,19 +176,6 @@ fn the_length_of_a_simulation_is_given_in_scans_or_time() {
     place.refused("count.toml --period 10", 2, "it lacks its unit: write 10ms or 10s");
     place.refused("count.toml --period 600h", 2, "the longest is 596h31m23s647ms");
     place.refused("", 2, "FILE.toml");
-}
-
-#[test]
-fn timers_count_whole_milliseconds_at_a_period_below_one() {
-    let place = Place::new("below-a-millisecond");
-    let rung = "rung = [{ when = [\"$On\"], do = [\"ONDTMR T0 preset=2ms output=Y0\"] }]";
-    place.write("short.toml", &format!("[[program]]\nname = \"Main\"\n{rung}\n"));
-    let trace = place.trace("short.toml --period 400us --scans 8 --watch T0.Acc,Y0");
-    let rows: Vec<&str> = trace.lines().skip(1).collect();
-    let expected = ["0,0,0,0", "1,0.4,0,0", "2,0.8,0,0", "3,1.2,1,0", "4,1.6,1,0", "5,2,2,1"];
-    assert_eq!(rows[..6], expected);
-    assert_eq!(scans(&place.trace("short.toml --period 400us --for 3ms --watch Y0")).len(), 8);
-    place.refused("short.toml --period 99us", 2, "a period is at least 100us");
 }
 
 #[test]

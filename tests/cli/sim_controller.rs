@@ -1,6 +1,7 @@
-//! `rungd sim CONTROLLER.toml`: a controller with its simulated plant, in a closed loop.
+//! `rungd sim CONTROLLER.toml`: a controller with its simulated plant, in a closed loop; and periods below a
+//! millisecond.
 
-use crate::cli::sim::{Place, text};
+use crate::cli::sim::{Place, scans, text};
 
 /// A plant that answers 300 ms after its command, a device that does not answer, and a rule.
 const LOOP: &str = r#"
@@ -127,4 +128,17 @@ fn a_plant_and_an_own_side_that_are_ladders_scan_at_their_own_periods() {
         13,130,6,15,1
     "#]]
     .assert_eq(&text(&place.sim("controller.toml --scans 14 --watch D0,D1,meter.Ok").stdout));
+}
+
+#[test]
+fn timers_count_whole_milliseconds_at_a_period_below_one() {
+    let place = Place::new("below-a-millisecond");
+    let rung = "rung = [{ when = [\"$On\"], do = [\"ONDTMR T0 preset=2ms output=Y0\"] }]";
+    place.write("short.toml", &format!("[[program]]\nname = \"Main\"\n{rung}\n"));
+    let trace = place.trace("short.toml --period 400us --scans 8 --watch T0.Acc,Y0");
+    let rows: Vec<&str> = trace.lines().skip(1).collect();
+    let expected = ["0,0,0,0", "1,0.4,0,0", "2,0.8,0,0", "3,1.2,1,0", "4,1.6,1,0", "5,2,2,1"];
+    assert_eq!(rows[..6], expected);
+    assert_eq!(scans(&place.trace("short.toml --period 400us --for 3ms --watch Y0")).len(), 8);
+    place.refused("short.toml --period 99us", 2, "a period is at least 100us");
 }

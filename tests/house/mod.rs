@@ -36,6 +36,7 @@ const ROOMS: [(&str, &[&str]); 10] = [
             "duration_text",
             "random",
             "regular_file",
+            "scan_period",
             "wall_clock",
             "whole_file",
             "progress",

@@ -19,8 +19,8 @@ use rungd_language::source::fix::{FixEdit, advise, pair};
 const PERIOD_MAX: ScanPeriod = ScanPeriod::of_ms(1000);
 
 /// What to do about a shorter one.
-const HELP: &str = "measure what the machine does: docs/running.md, real-time posture; or scan each \
-                    millisecond: `{}`";
+const HELP: &str = "measure what the machine does: docs/running.md, real-time posture; or scan \
+                    each millisecond: `{}`";
 
 /// The shortest period without a warning.
 const PERIOD_MIN: ScanPeriod = ScanPeriod::of_ms(1);

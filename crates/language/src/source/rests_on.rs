@@ -39,8 +39,8 @@ impl Code {
             | IntegerDivisionIntoReal | ComplementOfBit | ConstantSaturates | LostFraction
             | InputNamedTwice | VendorNumber | LimitedWordBit | WholeWordOverOut | LimitedPack
             | SubroutineRule | SubroutineNesting | SubroutineRungs | SharedHistory
-            | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | ShortPeriod | UnknownAllow
-            | UnknownEvent | KeptEvent | ImportedTodo => RestsOn::Itself,
+            | MathConstants | RetainedButReset | SelfResetLosesTime | LongPeriod | ShortPeriod
+            | UnknownAllow | UnknownEvent | KeptEvent | ImportedTodo => RestsOn::Itself,
             UnknownName | UnknownMember | UnknownBlock | UnknownStage
             | UnknownTemplate => RestsOn::Names,
             MissingKey | EmptyLeg | NoInstruction | MixedLegs | MissingLeg | TemplateArgument

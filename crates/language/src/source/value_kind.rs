@@ -206,9 +206,6 @@ impl ValueKind for Millis {
 #[derive(Clone, Copy, Debug)]
 pub struct Periods;
 
-/// A JSON Schema: no period below [`ScanPeriod::LEAST_US`], which has three digits.
-const LEAST_100US: &str = r#"{"not":{"pattern":"^0*([0-9]{0,2}us|0ms)$"}}"#;
-
 impl ValueKind for Periods {
     type Value = ScanPeriod;
 
@@ -217,7 +214,7 @@ impl ValueKind for Periods {
     }
 
     fn limit(&self) -> KeyLimit {
-        KeyLimit::Schema(LEAST_100US)
+        KeyLimit::Schema(LEAST_1MS)
     }
 
     fn noun(&self) -> &'static str {
