@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::asked_ladders::AskedLadders;
 use super::exit::{CommandLine, Exit};
 use super::terminal::{one_line, plain_json, print};
-use rungd_lab::testing::Suite;
+use rungd_lab::testing::{ProofEvent, Suite};
 use rungd_prove::decide::DecideLimits;
 use rungd_prove::equal::{DifferentOutput, EqualAnswer, EqualQuestion, LadderDifference, equal};
 
@@ -31,6 +31,9 @@ pub struct ComparedArgs {
     /// With --equal: outputs that are not compared
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     except: Vec<String>,
+    /// With --equal: what may happen to both controllers behind any scan: power-cut, restart, stop
+    #[arg(long, value_name = "EVENT,…", value_delimiter = ',', value_parser = event)]
+    events: Vec<ProofEvent>,
 }
 
 impl ComparedArgs {
@@ -44,6 +47,14 @@ fn pair(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(old, new)| !old.is_empty() && !new.is_empty());
     let pair = pair.map(|(old, new)| (old.trim().to_owned(), new.trim().to_owned()));
     pair.ok_or_else(|| "write the name in OLD, `=`, and the name in NEW: `pump1=pump`".to_owned())
+}
+
+fn event(text: &str) -> Result<ProofEvent, String> {
+    let known = [ProofEvent::PowerCut, ProofEvent::Restart, ProofEvent::Stop];
+    known.into_iter().find(|event| event.word() == text).ok_or_else(|| {
+        let words = known.map(ProofEvent::word).join(", ");
+        format!("write {words}: of two ladders nobody writes, and field devices stay connected")
+    })
 }
 
 /// The files of two ladders.
@@ -73,13 +84,18 @@ pub(super) fn prove_equal(
         map: &args.map,
         also: &args.also,
         except: &args.except,
+        events: &args.events,
         limits,
     };
     let answer = equal(&question).map_err(CommandLine)?;
     let [old, new] = [old, new].map(|path| one_line(&path.to_string_lossy()).into_owned());
     match as_json {
-        true => print(&format!("{}\n", plain_json(&json_of(&answer, &old, &new).to_string())))?,
-        false => print(&text_of(&answer, &old, &new))?,
+        true => {
+            let mut all = json_of(&answer, &old, &new);
+            all["events"] = args.events.iter().map(|event| event.word()).collect();
+            print(&format!("{}\n", plain_json(&all.to_string())))?;
+        }
+        false => print(&(text_of(&answer, &old, &new) + &events_text(&args.events)))?,
     }
     Ok(match answer {
         EqualAnswer::Equal(..) => Exit::Ok,
@@ -113,10 +129,22 @@ fn text_of(answer: &EqualAnswer, old: &str, new: &str) -> String {
             }
             text += &format!("\n  passes on {old}, fails on {new}:\n\n");
             scenario.lines().for_each(|line| text += &format!("    {line}\n"));
-            if let Some(failure) = failure {
-                text += &format!("\n  in {new}:\n{}", failure.reasons_text());
+            let reasons = failure.as_ref().map(|failure| failure.reasons_text());
+            if let Some(reasons) = reasons.filter(|reasons| !reasons.is_empty()) {
+                text += &format!("\n  in {new}:\n{reasons}");
             }
             text
+        }
+    }
+}
+
+/// What may happen to both controllers.
+fn events_text(events: &[ProofEvent]) -> String {
+    match events {
+        [] => String::new(),
+        events => {
+            let words: Vec<&str> = events.iter().map(|event| event.word()).collect();
+            format!("  may happen to both: {}\n", words.join(", "))
         }
     }
 }

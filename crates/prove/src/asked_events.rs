@@ -1,22 +1,35 @@
-//! The events that `[prove]` of a test file asks for, as those of its model.
+//! The events that `[prove]` of a test file or `--events` asks for, as those of a model.
 //!
-//! `question` calls it. What a new process restores is what the plan of retentive memory restores,
-//! asked about the program of the model itself.
+//! `question` and `equal` call it. What a new process restores is what the plan of retentive memory
+//! restores, asked about the program of the model itself.
 
-use crate::events::{KeptLimits, ModelEvents, RememberedCell, RetainedCell, ScanEvent};
+use crate::events::{DownTime, KeptLimits, ModelEvents, RememberedCell, RetainedCell, ScanEvent};
 use crate::explore::effects::{EffectCells, Effects};
-use rungd_engine::isa::{Address, Bit, BlockId};
+use rungd_engine::isa::{Address, Bit, BlockId, Word, WordSpace, status};
 use rungd_engine::{BitCell, Cell, EngineProgram, KeptCells, Transfer, WordCell};
 use rungd_lab::testing::{ProofEvent, Suite};
 use rungd_language::lower::judged::JudgeBlocks;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
+use rungd_language::resolve::range::Range;
 use rungd_state::retain::RetainPlan;
 use rungd_state::retain::plan::{MemoryCount, RestoredCell};
 
-/// What the events of a test file are about.
+/// `$DownSeconds`.
+pub(crate) const DOWN_SECONDS: Address =
+    Address::Word(Word::Space(WordSpace::Dst, status::dst::DOWN_SECONDS));
+
+/// What the events are about.
 pub(crate) struct EventQuestion<'a> {
-    pub suite: &'a Suite,
+    pub asked: &'a [ProofEvent],
+    /// What is retained, besides Stages.
+    pub retain: &'a [Range],
+    /// Whether a power cut may find an image that is older than the last scan.
+    pub has_older_images: bool,
+    /// Whether something reads `$DownSeconds`.
+    pub reads_down_seconds: bool,
+    /// The block that is no part of the controller.
+    pub observer: Option<BlockId>,
     /// The program of the model, without its judges.
     pub program: &'a Program,
     pub judges: JudgeBlocks,
@@ -33,34 +46,38 @@ impl EventQuestion<'_> {
             return ModelEvents::default();
         }
         let keeps_images = kinds.contains(&ScanEvent::KeepImage);
-        let observer = self.suite.programs[0].view.as_ref();
-        let observer = observer.and_then(|view| view.observed().observer);
         let cell = |address: &Address| code.layout.cell(*address);
         let remembered = self.remembered.iter().filter_map(|(place, kept)| {
             let is_of_device = matches!(place, Address::Bit(Bit::Device(..)));
             Some(RememberedCell { place: cell(place)?, kept: cell(kept)?, is_of_device })
         });
         let remembered = remembered.collect();
-        let observed = observer.map_or(Vec::new(), |block| written_by(code, block));
+        let observed = self.observer.map_or(Vec::new(), |block| written_by(code, block));
         let (has_image, retained) = self.retained(code, keeps_images);
+        let has_age = has_image && kinds.iter().any(|event| event.begins_process());
+        let down = (self.reads_down_seconds && has_age).then(|| {
+            let word = code.layout.word(Word::Space(WordSpace::Dst, status::dst::DOWN_SECONDS));
+            DownTime { word, next: fresh_word(code) }
+        });
         ModelEvents {
             kinds,
             has_image,
             retained,
             image_is_final: keeps_images.then(|| fresh_bit(code)),
-            observer,
+            observer: self.observer,
             observed,
             remembered,
+            down,
         }
     }
 
     /// The events among which each scan chooses.
     fn kinds(&self) -> Vec<ScanEvent> {
-        let asked = |event| self.suite.proof.events.contains(&event);
+        let asked = |event| self.asked.contains(&event);
         let mut kinds = Vec::new();
         if asked(ProofEvent::PowerCut) {
             kinds.push(ScanEvent::PowerCut);
-            if has_older_images(self.suite) {
+            if self.has_older_images {
                 kinds.extend([ScanEvent::KeepImage, ScanEvent::PowerCutBeforeImage]);
             }
         }
@@ -90,8 +107,7 @@ impl EventQuestion<'_> {
     /// The cells of the model that a new process restores; `None`: nothing is retained.
     pub fn restored(&self, code: &EngineProgram) -> Option<Vec<RestoredCell>> {
         let (plain, symbols) = lower(self.program);
-        let controller = &self.suite.programs[0].controller;
-        let plan = RetainPlan::new(&controller.retain, self.program, &symbols);
+        let plan = RetainPlan::new(self.retain, self.program, &symbols);
         if plan.is_empty() {
             return None;
         }
@@ -107,8 +123,14 @@ impl EventQuestion<'_> {
 /// Whether a power cut may find an image that is older than the last scan.
 pub(crate) fn has_older_images(suite: &Suite) -> bool {
     let controller = &suite.programs[0].controller;
-    let retains = !controller.retain.is_empty() || !controller.retained_stages.is_empty();
-    retains && u64::from(controller.retention.interval_ms) * 1000 > controller.period.us()
+    let interval_us = u64::from(controller.retention.interval_ms) * 1000;
+    retains(suite) && interval_us > controller.period.us()
+}
+
+/// Whether a controller retains anything.
+pub(crate) fn retains(suite: &Suite) -> bool {
+    let controller = &suite.programs[0].controller;
+    !controller.retain.is_empty() || !controller.retained_stages.is_empty()
 }
 
 /// The cell of a program with judges for a cell of the same one without them.

@@ -21,7 +21,7 @@ use crate::named_input::{InputSetting, NamedInput};
 use crate::question::{AlwaysLine, CanLine, Questions};
 use crate::race::{Decision, Race};
 use crate::rig_memory::DeadEnd;
-use crate::stretched::{AddedScan, stretched};
+use crate::stretched::{AddedScan, TestBrings, stretched};
 use crate::trial::Trial;
 use rungd_lab::testing::{Condition, TriedRun};
 use rungd_language::source::wording::counted;
@@ -132,10 +132,6 @@ impl Asked<'_> {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);
-        if let Some(cause) = self.questions.down_seconds(&cone) {
-            answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause };
-            return;
-        }
         answer.hash = kept::hash(&cone, line.target, &self.settings());
         if let Some(kept) = self.kept.find(&line.text, &answer.hash) {
             (answer.is_kept, answer.cuts) = (true, kept.cuts.clone());
@@ -177,10 +173,6 @@ impl Asked<'_> {
         let cone = cone(&self.questions.model, &[line.target.bit]);
         answer.depends_on = Some(DependsOn { operations: cone.operations, inputs: cone.inputs });
         answer.cuts = self.questions.named_cuts(&cone);
-        if let Some(cause) = self.questions.down_seconds(&cone) {
-            answer.verdict = AnswerVerdict::NotDecided { covered: Vec::new(), cause };
-            return;
-        }
         answer.verdict = match self.race.explore_can(&cone, line.target) {
             Attained::Everywhere(states) if !answer.cuts.is_empty() => AnswerVerdict::NotDecided {
                 covered: vec![format!("explored: {}", counted(states, "state"))],
@@ -281,11 +273,11 @@ impl Asked<'_> {
             TriedPath { scan: path.scans.len() as u64, run }
         };
         let mut tried = try_path(path);
-        for added in [AddedScan::Same, AddedScan::Before] {
+        for added in AddedScan::BOTH {
             if tried.run.is_confirmed {
                 break;
             }
-            let longer = stretched(self.questions, path, added);
+            let longer = stretched(&TestBrings::of(self.questions), path, added);
             if longer.scans.len() == path.scans.len() {
                 break;
             }

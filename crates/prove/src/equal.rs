@@ -7,91 +7,25 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use crate::answer::Way;
+use crate::asked_events::{DOWN_SECONDS, EventQuestion, has_older_images, retains};
 use crate::cone::cone;
-use crate::decide::DecideLimits;
+pub use crate::equal_answer::{DifferentOutput, EqualAnswer, EqualQuestion, LadderDifference};
+use crate::equal_answer::{OutputPair, SharedInput};
+use crate::equal_difference::FoundDifference;
 use crate::events::ModelEvents;
 use crate::inputs::{addresses, brought, is_given, of_arrays, range, x_number};
-use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run, Target};
+use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use crate::named_input::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion};
-use crate::trial::steps;
-use rungd_engine::isa::{
-    Address, Bit, BitSpace, DeviceBit, DeviceId, Mnemonic, NumberMap, Real, Word,
-};
-use rungd_engine::{Cell, Layout};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Mnemonic, NumberMap};
+use rungd_engine::{Cell, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
-use rungd_lab::testing::{
-    self, Condition, Failure, FoundRun, Suite, TestOperand, TestStep, TriedRun, try_run,
-};
-use rungd_language::lower::judged::{Judges, lower_judged};
-use rungd_language::resolve::beside::{Behind, beside};
-use rungd_language::resolve::program::{
-    Comparison, ConstantForm, Contact, Program, TagMeaning, Value,
-};
+use rungd_lab::testing::{ProofEvent, Suite, TestOperand};
+use rungd_language::lower::judged::{JudgeBlocks, Judges, lower_judged};
+use rungd_language::resolve::beside::{Behind, ProgramsBeside, beside};
+use rungd_language::resolve::program::{Comparison, Contact, Program, TagMeaning, Value};
 use rungd_language::resolve::scope::{NamedThing, Scope};
 use rungd_language::source::span::Span;
-
-/// Two ladders, and which of their names belong together.
-pub struct EqualQuestion<'a> {
-    /// The ladder that is known.
-    pub old: &'a Suite,
-    /// The ladder that should do the same.
-    pub new: &'a Suite,
-    /// Names of the old ladder that the new one calls differently.
-    pub map: &'a [(String, String)],
-    /// More bits and words that must be equal, by their names in the old ladder.
-    pub also: &'a [String],
-    /// Outputs that are not compared.
-    pub except: &'a [String],
-    /// The limits of the answer.
-    pub limits: DecideLimits,
-}
-
-/// Whether two ladders are equal.
-#[derive(Clone, Debug)]
-pub enum EqualAnswer {
-    /// They are, for every sequence of inputs: how it was proved, and what was compared.
-    Equal(Way, Vec<String>),
-    /// They are not.
-    Different(Box<LadderDifference>),
-    /// Neither: what stood in the way, and what was looked at.
-    NotDecided(Vec<String>, Vec<String>),
-}
-
-/// Two ladders that are different.
-#[derive(Clone, Debug)]
-pub struct LadderDifference {
-    /// The scan, from 1.
-    pub scan: u64,
-    /// The outputs that differ: the name, the old and the new value.
-    pub outputs: Vec<DifferentOutput>,
-    /// The scenario: it passes on the old ladder and fails on the new one.
-    pub scenario: String,
-    /// Why it fails on the new one.
-    pub failure: Option<Box<Failure>>,
-}
-
-/// An output that differs.
-#[derive(Clone, Debug)]
-pub struct DifferentOutput {
-    /// Its name in the old ladder.
-    pub name: String,
-    /// The value that the old ladder gives it.
-    pub old: String,
-    /// The value that the new ladder gives it.
-    pub new: String,
-}
-
-/// An output of both ladders.
-struct OutputPair {
-    name: String,
-    old: Address,
-    /// In the memory of both.
-    new: Address,
-    /// In the new ladder by itself.
-    alone: Address,
-}
 
 /// Decides whether two ladders are equal.
 ///
@@ -111,16 +45,19 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
         &both.program,
         Judges { behind: std::slice::from_ref(&all), ..Judges::default() },
     );
-    let free = ladders.free(&judged.code.layout, &both.second);
+    let mut free = ladders.free(&judged.code.layout, &both.second);
+    let mut code = judged.code;
+    let events = ladders.events(&both, judged.judges, &mut code);
+    free.extend(events.down.map(SharedInput::down));
     let model = ProofModel {
         period: question.old.programs[0].controller.period,
         late_max: 1,
-        start: ProofStart::Cold(connected(&both.program, &judged.code.layout)),
+        start: ProofStart::Cold(connected(&both.program, &code.layout)),
         inputs: free.iter().map(|free| free.input).collect(),
         assumed: Vec::new(),
         judged: judged.behind,
-        code: judged.code,
-        events: ModelEvents::default(),
+        code,
+        events,
     };
     let target = Target { bit: model.judged[0], value: false };
     let names = pairs.iter().map(|pair| pair.name.clone()).collect();
@@ -191,6 +128,13 @@ impl<'a> LadderPair<'a> {
         };
         if stops(old) || stops(new) {
             return Err("a ladder with STOP ends both: take STOP away for the comparison".into());
+        }
+        let begins = |event: &ProofEvent| *event != ProofEvent::Stop;
+        if question.events.iter().any(begins) && retains(question.old) != retains(question.new) {
+            return Err("one ladder retains something and the other one nothing: its processes \
+                        begin otherwise; compare them without power cuts and restarts, or let both \
+                        retain something"
+                .to_owned());
         }
         Ok(LadderPair { old, new, question, map })
     }
@@ -290,6 +234,30 @@ impl<'a> LadderPair<'a> {
         Ok(pairs)
     }
 
+    /// What may happen to both controllers. What each retains is its own.
+    fn events(
+        &self,
+        both: &ProgramsBeside,
+        judges: JudgeBlocks,
+        code: &mut EngineProgram,
+    ) -> ModelEvents {
+        let EqualQuestion { old, new, events, .. } = *self.question;
+        let of_new = new.programs[0].controller.retain.iter();
+        let mut retain = old.programs[0].controller.retain.clone();
+        retain.extend(of_new.map(|range| both.second.range(range)));
+        let asked = EventQuestion {
+            asked: events,
+            retain: &retain,
+            has_older_images: has_older_images(old) || has_older_images(new),
+            reads_down_seconds: addresses(&both.program).any(|address| address == DOWN_SECONDS),
+            observer: None,
+            program: &both.program,
+            judges,
+            remembered: &[],
+        };
+        asked.events(code)
+    }
+
     /// What may change before each scan: every input of both ladders, the time of day, and the
     /// times of scans.
     fn free(&self, cells: &Layout, behind: &Behind) -> Vec<SharedInput> {
@@ -329,13 +297,6 @@ impl<'a> LadderPair<'a> {
     }
 }
 
-/// An input of both ladders, or of one.
-struct SharedInput {
-    input: FreeInput,
-    /// How a test of the old ladder sets it, and one of the new ladder.
-    named: [Option<NamedInput>; 2],
-}
-
 /// The inputs of a ladder.
 fn inputs_of(suite: &Suite) -> Vec<Address> {
     let named = addresses(&suite.programs[0].program).filter(is_given);
@@ -368,104 +329,4 @@ pub(crate) fn driven_by(suite: &Suite) -> Vec<Address> {
     all.sort_unstable();
     all.dedup();
     all
-}
-
-/// A path after which the ladders differ.
-struct FoundDifference<'a> {
-    question: &'a EqualQuestion<'a>,
-    model: &'a ProofModel,
-    free: &'a [SharedInput],
-    path: &'a Path,
-}
-
-impl FoundDifference<'_> {
-    fn difference(&self, pairs: &[OutputPair]) -> EqualAnswer {
-        let scan = self.path.scans.len() as u64;
-        let differ = self.differing(pairs);
-        let run = |side: usize, suite: &Suite| {
-            let programs = testing::programs(suite);
-            let name = format!("differs: {}", text_of(&differ, |(pair, ..)| pair.name.clone()));
-            let mut steps = self.steps(side);
-            for (pair, old, _) in &differ {
-                let address = if side == 0 { pair.old } else { pair.alone };
-                steps.push(TestStep::Expect(expected(&programs[0], address, *old)));
-            }
-            try_run(suite, &programs, FoundRun { name, set: Vec::new(), steps })
-        };
-        let (old, new) = (run(0, self.question.old), run(1, self.question.new));
-        let TriedRun { text, is_confirmed, .. } = old;
-        if !is_confirmed || new.is_confirmed {
-            let cause = "the run that was found is not different in a test".to_owned();
-            return EqualAnswer::NotDecided(vec![cause], vec![format!("{scan} scans")]);
-        }
-        let layout = &self.model.code.layout;
-        let outputs = differ.iter().map(|(pair, old, new)| DifferentOutput {
-            name: pair.name.clone(),
-            old: value_text(layout, pair.old, *old),
-            new: value_text(layout, pair.new, *new),
-        });
-        EqualAnswer::Different(Box::new(LadderDifference {
-            scan,
-            outputs: outputs.collect(),
-            scenario: text,
-            failure: new.failure,
-        }))
-    }
-
-    /// The outputs that differ at the end, with both values.
-    fn differing<'p>(&self, pairs: &'p [OutputPair]) -> Vec<(&'p OutputPair, i32, i32)> {
-        let mut run = Run::new(self.model);
-        self.path.scans.iter().for_each(|scan| drop(run.scan(scan)));
-        let image = run.engine.image();
-        let value = |address| {
-            let cell: Option<Cell> = self.model.code.layout.cell(address);
-            cell.map_or(0, |cell| image.value(cell))
-        };
-        let values = pairs.iter().map(|pair| (pair, value(pair.old), value(pair.new)));
-        values.filter(|(_, old, new)| old != new).collect()
-    }
-
-    fn steps(&self, side: usize) -> Vec<TestStep> {
-        let inputs: Vec<Option<&NamedInput>> =
-            self.free.iter().map(|shared| shared.named[side].as_ref()).collect();
-        steps(self.model, &inputs, self.path)
-    }
-}
-
-fn text_of<T>(all: &[T], text: impl Fn(&T) -> String) -> String {
-    all.iter().map(text).collect::<Vec<_>>().join(", ")
-}
-
-/// `pump`, `!pump`, `level == 3`.
-fn expected(program: &RigProgram, address: Address, value: i32) -> Condition {
-    let (name, none) = (program.symbols.names.name(address), Span::default());
-    let (contact, text) = match address {
-        Address::Bit(bit) if value != 0 => (Contact::Bit(bit, none), name),
-        Address::Bit(bit) => {
-            (Contact::Not(Box::new(Contact::Bit(bit, none)), none), format!("!{name}"))
-        }
-        Address::Word(word) => {
-            let text = value_text(&program.symbols.layout, address, value);
-            let constant = constant(word, value);
-            let compare = Contact::Compare(Value::Word(word), Comparison::Eq, constant, none);
-            (compare, format!("{name} == {text}"))
-        }
-        Address::Structure(_) => unreachable!("an output is a bit or a word"),
-    };
-    Condition::of(contact, &text, &program.symbols.layout)
-}
-
-fn constant(word: Word, value: i32) -> Value {
-    match word.is_real() {
-        true => Value::Real(Real::of_cell(value)),
-        false => Value::Const(value, ConstantForm::Integer),
-    }
-}
-
-fn value_text(layout: &Layout, address: Address, value: i32) -> String {
-    match (address, layout.cell(address)) {
-        (Address::Bit(_), _) => if value != 0 { "ON" } else { "OFF" }.to_owned(),
-        (_, Some(cell)) => layout.text(cell, value),
-        (_, None) => value.to_string(),
-    }
 }

@@ -8,7 +8,7 @@
 //! the controller, and goes on.
 
 use rungd_engine::isa::{BlockId, StageId};
-use rungd_engine::{BitCell, BlockState, Cell, Engine, EngineState, StageState};
+use rungd_engine::{BitCell, BlockState, Cell, Engine, EngineState, StageState, WordCell};
 
 /// Something that happens behind a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +60,22 @@ pub struct ModelEvents {
     pub observed: Vec<Cell>,
     /// The cells of `was(x)`, each behind that of x: they begin with memory as started.
     pub remembered: Vec<RememberedCell>,
+    /// The time without a process; if something reads it, and an image has the time of its scan.
+    pub down: Option<DownTime>,
+}
+
+/// `$DownSeconds`: a new process gets the value that was chosen with the scan before it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct DownTime {
+    /// Its word.
+    pub word: WordCell,
+    /// The word of the chosen value: an input of every scan, which no operation reads.
+    pub next: WordCell,
+}
+
+impl DownTime {
+    /// The greatest value: what a step of a test can say, s.
+    pub(crate) const MAX: i32 = (u32::MAX / 1000).cast_signed();
 }
 
 /// A cell that an image has.
@@ -115,6 +131,7 @@ impl ModelEvents {
             retained: retained.copied().collect(),
             observed: self.observed.iter().copied().filter(|cell| knows(*cell)).collect(),
             remembered: remembered.copied().collect(),
+            down: self.down.filter(|down| knows(Cell::Word(down.word))),
             ..self.clone()
         }
     }
@@ -208,6 +225,7 @@ impl ModelEvents {
         let images = images.chain(events.image_is_final.map(Cell::Bit));
         let value = |cell: Cell| CellValue { cell, value: engine.image().value(cell) };
         let images: Vec<CellValue> = images.map(value).collect();
+        let down = events.down.map(|down| value(Cell::Word(down.next)).value);
         // Nothing is forced: the whole memory is in the cells.
         let (cells, bits, words) = (engine.cells_mut(), fresh.bits(), fresh.words());
         cells.bits[..bits.len()].copy_from_slice(bits);
@@ -223,6 +241,9 @@ impl ModelEvents {
         }
         if events.has_image && !found.is_final {
             engine.terminate_all();
+        }
+        if let Some(seconds) = down {
+            engine.put_down_seconds(seconds);
         }
     }
 }

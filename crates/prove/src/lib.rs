@@ -17,6 +17,8 @@ pub mod deduce;
 mod device_wait;
 pub mod encode;
 pub mod equal;
+mod equal_answer;
+mod equal_difference;
 pub mod events;
 pub mod explore;
 pub mod gates;

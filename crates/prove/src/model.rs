@@ -3,7 +3,7 @@
 //! `question` makes it from a test file. `explore` executes it on the engine, `encode` turns it
 //! into gates, and both mean the same scan: that of [`Run::scan`]. It has no names.
 
-use crate::events::{Happening, ModelEvents, ScanEvent};
+use crate::events::{DownTime, Happening, ModelEvents, ScanEvent};
 use rungd_base::calendar::LocalTime;
 use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
@@ -136,6 +136,18 @@ impl ProofModel {
         self.events.kinds.get(usize::try_from(number).ok()?.checked_sub(1)?).copied()
     }
 
+    /// The time without a process, if one ends behind a scan, ms.
+    pub(crate) fn down_ms(&self, choices: &[i32]) -> u32 {
+        let seconds = self.down_place().map_or(0, |at| choices[at]);
+        seconds.unsigned_abs() * 1000
+    }
+
+    /// The place of the time without a process among the choices of a scan.
+    pub(crate) fn down_place(&self) -> Option<usize> {
+        let DownTime { next, .. } = self.events.down?;
+        self.inputs.iter().position(|input| input.cell == Cell::Word(next))
+    }
+
     /// The time of the next scan of an engine, ns: the first one is at the start of RUN.
     pub fn next_ns(&self, engine: &Engine, choices: &[i32]) -> u64 {
         match engine.scans() {
@@ -243,6 +255,13 @@ impl FreeInput {
     /// Whether it may change before every scan.
     pub(crate) fn is_of_every_scan(&self) -> bool {
         self.cold.is_none()
+    }
+}
+
+impl DownTime {
+    /// The choice of the time without a process.
+    pub(crate) fn input(self) -> FreeInput {
+        FreeInput { cell: Cell::Word(self.next), low: 0, high: DownTime::MAX, cold: None }
     }
 }
 

@@ -28,7 +28,7 @@ pub enum InputSetting {
     Start(TestOperand),
     /// By `lose` and `restore`: whether the device is there.
     Device(DeviceId),
-    /// Not at all: another input decides it.
+    /// Not at all: another input decides it, or the step of an event says it.
     Follows,
     /// Not at all: it has any value, for this reason.
     Any(&'static str),

@@ -7,7 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use crate::any::{AnyProgram, AnyValue, any_in};
-use crate::asked_events::EventQuestion;
+use crate::asked_events::{DOWN_SECONDS, EventQuestion, has_older_images};
 use crate::cone::Cone;
 use crate::encode::written_limits;
 use crate::gates::GateCut;
@@ -186,9 +186,18 @@ impl ModelledProgram<'_> {
         let mut all = free.all();
         all.extend(scan_times(program, &read, &cells));
         all.extend(lost.iter().flat_map(|device| device.inputs(&cells)));
-        let asked =
-            EventQuestion { suite, program, judges: judged.judges, remembered: &remembered };
-        let RetainedStart { free: at_start, unknown } = retained(&asked, lowered, &judged.code);
+        let asked = EventQuestion {
+            asked: &suite.proof.events,
+            retain: &first.controller.retain,
+            has_older_images: has_older_images(suite),
+            reads_down_seconds: read.contains(&DOWN_SECONDS),
+            observer: seen.and_then(|observed| observed.observer),
+            program,
+            judges: judged.judges,
+            remembered: &remembered,
+        };
+        let RetainedStart { free: at_start, unknown } =
+            retained(&asked, suite, lowered, &judged.code);
         let is_free = |cell: Cell, all: &[(FreeInput, NamedInput)]| {
             all.iter().any(|(known, _)| known.cell == cell)
         };
@@ -197,6 +206,10 @@ impl ModelledProgram<'_> {
         all.extend(at_start);
         let mut code = free.with_any(&judged.code, &mut all);
         let events = asked.events(&mut code);
+        all.extend(events.down.map(|down| {
+            let (name, setting) = ("$DownSeconds".to_owned(), InputSetting::Follows);
+            (down.input(), NamedInput { name, setting, is_written: false })
+        }));
         let (free, inputs) = all.into_iter().unzip();
         let model = ProofModel {
             period: first.controller.period,

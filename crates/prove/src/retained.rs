@@ -11,7 +11,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::any::readers;
-use crate::asked_events::EventQuestion;
+use crate::asked_events::{DOWN_SECONDS, EventQuestion};
 use crate::events::KeptLimits;
 use crate::explore::effects::{EffectCells, Effects};
 use crate::model::FreeInput;
@@ -21,7 +21,7 @@ use rungd_engine::ops::{CounterRule, TimerRule};
 use rungd_engine::record::{FLAGS, RECORD, counter_state, sensaphone_state, timer_state};
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, PassStep, WordCell};
 use rungd_lab::rig::RigProgram;
-use rungd_lab::testing::TestOperand;
+use rungd_lab::testing::{Suite, TestOperand};
 
 /// What may be retained before the first scan.
 #[derive(Default)]
@@ -38,10 +38,10 @@ const BY_ITS_INSTRUCTION: &str = "retained flags, and what its instruction keeps
 /// What is free before the first scan. `asked`: what a new process restores.
 pub(crate) fn retained(
     asked: &EventQuestion,
+    suite: &Suite,
     rig: &RigProgram,
     code: &EngineProgram,
 ) -> RetainedStart {
-    let suite = asked.suite;
     let remembered = |(place, _): &(Address, Address)| code.layout.cell(*place).map(Cell::whole);
     if !suite.proof.from_retained {
         return RetainedStart::default();
@@ -74,6 +74,7 @@ pub(crate) fn retained(
     // Where nothing is retained, each process begins cold.
     if let Some(restored) = asked.restored(code) {
         restored.iter().for_each(|one| search.history(one.cell));
+        search.down_seconds();
         code.tables.terminations.iter().for_each(|step| search.terminated(step));
     }
     search.start
@@ -239,6 +240,15 @@ impl StartSearch<'_> {
             if !self.is_turned_off(structure, place) {
                 self.own_bit(structure, place);
             }
+        }
+    }
+
+    /// The time without a process.
+    fn down_seconds(&mut self) {
+        if let Some(cell) = self.code.layout.cell(DOWN_SECONDS) {
+            let name = self.rig.symbols.names.name(DOWN_SECONDS);
+            let limits = KeptLimits { low: 0, high: i32::MAX };
+            self.add(name, InputSetting::Any("the time without a process"), cell, limits);
         }
     }
 

@@ -1,12 +1,12 @@
 //! A path with more scans, so that a test brings what it needs: an image of retained memory, and
 //! `.Stale` of a lost device.
 //!
-//! `decide` tries it if the path itself does something else in a test. In a model with images that
-//! are older than the last scan, any scan may leave the newest image; a test keeps the image of its
-//! first scan, and then one at each multiple of `interval`. In a model with the settings of
-//! devices, `.Stale` may be ON as soon as a device is lost; a test turns it ON when `loss-after`
-//! has passed. So the scan that needs one of them waits: scans are added before it. Whether the
-//! longer path still does the same, only a test says.
+//! `decide` and `equal_difference` try it if the path itself does something else in a test. In a
+//! model with images that are older than the last scan, any scan may leave the newest image; a test
+//! keeps the image of its first scan, and then one at each multiple of `interval`. In a model with
+//! the settings of devices, `.Stale` may be ON as soon as a device is lost; a test turns it ON when
+//! `loss-after` has passed. So the scan that needs one of them waits: scans are added before it.
+//! Whether the longer path still does the same, only a test says.
 
 use crate::device_wait::DeviceWait;
 use crate::events::ScanEvent;
@@ -23,10 +23,35 @@ pub(crate) enum AddedScan {
     Before,
 }
 
+impl AddedScan {
+    /// Both kinds, in the order in which they are tried.
+    pub const BOTH: [AddedScan; 2] = [AddedScan::Same, AddedScan::Before];
+}
+
+/// A model, and what a test of it brings later.
+pub(crate) struct TestBrings<'m> {
+    pub model: &'m ProofModel,
+    /// The time between two images, ms.
+    pub interval_ms: u32,
+    /// The devices whose `.Stale` is free.
+    pub devices: Vec<DeviceWait>,
+}
+
+impl TestBrings<'_> {
+    /// What a test of the model of questions brings later.
+    pub fn of(questions: &Questions) -> TestBrings<'_> {
+        TestBrings {
+            model: &questions.model,
+            interval_ms: questions.suite.programs[0].controller.retention.interval_ms,
+            devices: DeviceWait::all(questions),
+        }
+    }
+}
+
 /// The path that waits for what a test brings later.
-pub(crate) fn stretched(questions: &Questions, path: &Path, added: AddedScan) -> Path {
-    let model = &questions.model;
-    let mut waits = TestWaits::of(questions);
+pub(crate) fn stretched(brings: &TestBrings, path: &Path, added: AddedScan) -> Path {
+    let model = brings.model;
+    let mut waits = TestWaits::of(brings);
     let resting: Vec<i32> = model.choices().iter().map(|choice| choice.resting).collect();
     let mut scans: Vec<Vec<i32>> = Vec::new();
     for (at, choices) in path.scans.iter().enumerate() {
@@ -68,8 +93,8 @@ fn is_found(model: &ProofModel, scans: &[Vec<i32>]) -> bool {
 }
 
 /// What a test brings later than a path needs it.
-struct TestWaits<'q> {
-    model: &'q ProofModel,
+struct TestWaits<'m> {
+    model: &'m ProofModel,
     images: ImageSchedule,
     devices: Vec<DeviceWait>,
     /// The time of the next scan if it comes in time, ms since the start.
@@ -78,13 +103,13 @@ struct TestWaits<'q> {
     has_begun: bool,
 }
 
-impl TestWaits<'_> {
-    fn of(questions: &Questions) -> TestWaits<'_> {
-        let interval_ms = questions.suite.programs[0].controller.retention.interval_ms.into();
+impl<'m> TestWaits<'m> {
+    fn of(brings: &TestBrings<'m>) -> TestWaits<'m> {
+        let interval_ms = brings.interval_ms.into();
         TestWaits {
-            model: &questions.model,
+            model: brings.model,
             images: ImageSchedule { due_ms: 0, next_ms: 0, interval_ms },
-            devices: DeviceWait::all(questions),
+            devices: brings.devices.clone(),
             due_ms: 0,
             has_begun: false,
         }

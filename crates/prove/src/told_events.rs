@@ -1,15 +1,10 @@
-//! What an answer says of the events that a test file asks for, and what no proof can tell of them.
+//! What an answer says of the events that a test file asks for.
 //!
 //! `decide` calls it.
 
 use crate::answer::EventsTold;
-use crate::any::readers;
 use crate::asked_events::has_older_images;
-use crate::cone::Cone;
-use crate::explore::effects::EffectCells;
 use crate::question::Questions;
-use rungd_engine::Cell;
-use rungd_engine::isa::{Word, WordSpace, status};
 use rungd_lab::testing::ProofEvent;
 
 impl Questions {
@@ -30,19 +25,10 @@ impl Questions {
             }
             () => Some("a power cut finds the retained values of the last scan".to_owned()),
         };
+        let down = self.model.events.down.map(|_| "a new process finds any `$DownSeconds`");
         EventsTold {
             words: events.iter().map(|event| event.word()).collect(),
-            sentences: sentence.into_iter().collect(),
+            sentences: sentence.into_iter().chain(down.map(str::to_owned)).collect(),
         }
-    }
-
-    /// Why there is no proof if the time without a process is read.
-    pub(crate) fn down_seconds(&self, cone: &Cone) -> Option<String> {
-        let code = &cone.model.code;
-        let begins = self.model.events.kinds.iter().any(|event| event.begins_process());
-        let word = code.layout.word(Word::Space(WordSpace::Dst, status::dst::DOWN_SECONDS));
-        let number = EffectCells { bits: code.bit_count }.of(Cell::Word(word));
-        let is_read = begins && readers(code).contains_key(&number);
-        is_read.then(|| "`events`: the time without a process is read: `$DownSeconds`".to_owned())
     }
 }

@@ -1,6 +1,6 @@
 //! Tries a path on the rig, as `rungd test` would play it: the path becomes a scenario.
 //!
-//! Called by `decide` and `equal`. No answer tells a path that was not tried.
+//! Called by `decide` and `equal_difference`. No answer tells a path that was not tried.
 
 use crate::events::ScanEvent;
 use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
@@ -142,7 +142,7 @@ impl<'p> PathSteps<'p> {
         let event = model.event(choices);
         self.run.scan(choices);
         match event.filter(|event| !is_end || event.ends_run()) {
-            Some(event) => self.happen(event, is_end),
+            Some(event) => self.happen(event, model.down_ms(choices), is_end),
             None => self.still += 1,
         }
         self.run.settle();
@@ -167,8 +167,8 @@ impl<'p> PathSteps<'p> {
         changes
     }
 
-    /// Adds a scan and what happens behind it.
-    fn happen(&mut self, event: ScanEvent, is_end: bool) {
+    /// Adds a scan and what happens behind it. `down_ms`: the time without a process, if one ends.
+    fn happen(&mut self, event: ScanEvent, down_ms: u32, is_end: bool) {
         match event {
             ScanEvent::Stop => {
                 self.pass();
@@ -177,13 +177,13 @@ impl<'p> PathSteps<'p> {
             }
             ScanEvent::Restart => {
                 self.pass();
-                let restart = TestStep::Restart { down_ms: 0 };
+                let restart = TestStep::Restart { down_ms };
                 self.steps.push(if is_end { TestStep::Stop } else { restart });
             }
             ScanEvent::PowerCut | ScanEvent::PowerCutBeforeImage => {
                 self.still += 1;
                 self.pass();
-                self.steps.push(TestStep::PowerCut(PowerOff { down_ms: 0, lose_ms: 0 }));
+                self.steps.push(TestStep::PowerCut(PowerOff { down_ms, lose_ms: 0 }));
             }
             // Images come by themselves.
             ScanEvent::KeepImage => self.still += 1,

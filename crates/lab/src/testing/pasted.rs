@@ -180,8 +180,8 @@ fn step_text(step: &TestStep, program: &RigProgram) -> String {
         }
         TestStep::Lose(device) => format!("lose {}", device_name(program, *device)),
         TestStep::Restore(device) => format!("restore {}", device_name(program, *device)),
-        TestStep::PowerCut(_) => "power-cut".to_owned(),
-        TestStep::Restart { .. } => "restart".to_owned(),
+        TestStep::PowerCut(off) => format!("power-cut{}", down_text(off.down_ms)),
+        TestStep::Restart { down_ms } => format!("restart{}", down_text(*down_ms)),
         TestStep::Stop => "stop".to_owned(),
         TestStep::Start => "start".to_owned(),
         TestStep::Force(operand, value) => {
@@ -195,6 +195,15 @@ fn step_text(step: &TestStep, program: &RigProgram) -> String {
         | TestStep::Hold(..)
         | TestStep::Reload(_)
         | TestStep::Clock(_) => String::new(),
+    }
+}
+
+/// For how long no process runs.
+fn down_text(down_ms: u32) -> String {
+    match (down_ms, down_ms % 1000) {
+        (0, _) => String::new(),
+        (_, 0) => format!(" for {}s", down_ms / 1000),
+        (_, _) => format!(" for {down_ms}ms"),
     }
 }
 

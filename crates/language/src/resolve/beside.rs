@@ -13,6 +13,7 @@ use super::instruction::{Calculation, Instruction};
 use super::name_book::NameBook;
 use super::operand_list::OperandValue;
 use super::program::{Block, ComputedCompare, ComputedContact, Contact, Program, Rung, TagMeaning};
+use super::range::Range;
 use super::scope::Scope;
 use super::value::Value;
 use crate::source::span::Span;
@@ -105,6 +106,12 @@ impl Behind {
             Address::Word(word) => Address::Word(self.word(word)),
             Address::Structure(structure) => Address::Structure(self.structure(structure)),
         }
+    }
+
+    /// The place of a range of the second program.
+    pub fn range(&self, range: &Range) -> Range {
+        let shift = self.shift(range.space);
+        Range { first: range.first + shift, last: range.last + shift, ..*range }
     }
 
     fn shift(&self, space: Space) -> u32 {

@@ -82,7 +82,8 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
     let slice = split.slice(&asked.collect::<Vec<_>>());
     let (mut inputs, mut places) = (Vec::new(), Vec::new());
     for input in &model.inputs {
-        let is_kept = slice.knows(input.cell);
+        let down = model.events.down.filter(|down| input.cell == Cell::Word(down.next));
+        let is_kept = slice.knows(down.map_or(input.cell, |down| Cell::Word(down.word)));
         places.push(is_kept.then_some(inputs.len()));
         inputs.extend(is_kept.then_some(*input));
     }

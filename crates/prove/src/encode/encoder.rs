@@ -70,6 +70,9 @@ impl<'m> Encoder<'m> {
         let mut written = WrittenCells::of(code, &start.image);
         let at_start = model.inputs.iter().filter(|input| !input.is_of_every_scan());
         at_start.for_each(|input| written.starts_with(input));
+        if let Some(down) = model.events.down {
+            written.starts_with(&FreeInput { cell: Cell::Word(down.word), ..down.input() });
+        }
         let mut encoder = Encoder {
             model,
             code,

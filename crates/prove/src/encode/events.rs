@@ -257,6 +257,7 @@ impl Encoder<'_> {
 
     /// The memory of a new process, before its start.
     fn begin_process(&mut self, found: &FoundNumbers) {
+        let seconds = self.model.events.down.map(|down| self.word(down.next.0));
         self.forget();
         for FoundNumber { retained, value } in &found.cells {
             let value = match retained.limits {
@@ -271,6 +272,9 @@ impl Encoder<'_> {
         }
         if self.model.events.has_image {
             self.under(!found.is_final, |scan| scan.terminate_all());
+        }
+        if let (Some(down), Some(seconds)) = (self.model.events.down, seconds) {
+            self.put_word(down.word.0, seconds);
         }
     }
 

@@ -34,6 +34,8 @@ pub(super) struct Inputs {
     pub late: InputSet,
     /// What happens behind the scan; empty if nothing may happen. It always matters.
     pub event: InputSet,
+    /// The time without a process, if one follows; else it does not matter.
+    pub down: InputSet,
     /// Those that can matter in a scan whose inputs are not allowed.
     refused: InputSet,
     blocks: Vec<(BlockId, InputSet)>,
@@ -98,6 +100,7 @@ impl Inputs {
         Some(Inputs {
             all,
             always: always & !at_start | event,
+            down: place(model.down_place()),
             late,
             event,
             at_start,

@@ -207,6 +207,9 @@ impl FormWritten {
         for input in &model.inputs {
             is_written[EffectCells { bits: code.bit_count }.of(input.cell) as usize] = true;
         }
+        if let Some(down) = model.events.down {
+            is_written[(code.bit_count + down.word.0) as usize] = true;
+        }
         FormWritten { is_written }
     }
 

@@ -462,7 +462,9 @@ impl<'s> StateScanner<'s> {
         };
         // Behind the first scan, all values before it are part of the state.
         let before = if self.is_first { inputs.at_start } else { 0 };
-        late | before | inputs.event | read & !inputs.at_start
+        let event = self.search.model.event(&self.branches.values);
+        let down = if event.is_some_and(ScanEvent::begins_process) { inputs.down } else { 0 };
+        late | before | inputs.event | down | read & !inputs.at_start
     }
 
     /// Whether the scan that has ended was as scans should be: in time, and nothing happened.

@@ -19,7 +19,7 @@ use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
 use rungd_prove::deduce::Patience;
 use rungd_prove::encode::{AccForm, Encoding, encode, encode_cells};
-use rungd_prove::events::{ModelEvents, RetainedCell, ScanEvent};
+use rungd_prove::events::{DownTime, ModelEvents, RetainedCell, ScanEvent};
 use rungd_prove::gates::{Held, content};
 use rungd_prove::model::{FreeInput, ProofModel, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
@@ -288,9 +288,15 @@ fn with_events(model: ProofModel, rng: &mut Rng) -> ProofModel {
         });
     }
     let has_image = rng.chance(90);
+    let word = model.code.layout.word(Word::Space(WordSpace::Dst, dst::DOWN_SECONDS));
+    let next = WordCell(code.word_count);
+    code.word_count += 1;
+    let mut inputs = model.inputs.clone();
+    inputs.push(FreeInput { cell: Cell::Word(next), low: 0, high: 4_000_000, cold: None });
+    let down = Some(DownTime { word, next });
     let events =
-        ModelEvents { kinds, has_image, retained, image_is_final, ..ModelEvents::default() };
-    ProofModel { code, events, ..model }
+        ModelEvents { kinds, has_image, retained, image_is_final, down, ..ModelEvents::default() };
+    ProofModel { code, events, inputs, ..model }
 }
 
 /// The model of a generated case: its X are free, and some of what its stimulus writes.

@@ -1,6 +1,6 @@
 //! What happens to the controller in a proof, with known answers.
 
-use super::environment::{answers, cause, violated, words};
+use super::environment::{answers, violated, words};
 
 /// A machine that goes on after a power cut, because nobody waits for a press of the button.
 const MACHINE: &str = r#"
@@ -176,10 +176,44 @@ rung = [{ when = ["$On"], do = ["OUT Y0", "SET C0"] }]
     assert_eq!(words(ladder, &test("")), ["proved", "proved"]);
 }
 
+/// A batch that waited too long without power is thrown away.
+const BATCH: &str = r#"
+[tags]
+button  = { at = "X0" }
+running = { at = "C0" }
+waste   = { at = "C1" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["button", "!waste"], do = ["SET running"] },
+  { when = ["$FirstScan", "running", "$DownSeconds > 600"], do = ["RST running", "SET waste"] },
+]
+"#;
+
 #[test]
-fn the_time_without_a_process_is_named_as_what_stands_in_the_way() {
-    let ladder = MACHINE.replace("[\"running\"]", "[\"running\", \"$DownSeconds < 5\"]");
-    let found = &answers(&ladder, &retained("always = [\"!valve | running\"]", "", "restart"))[0];
-    let cause = cause(found);
-    assert_eq!(cause, "`events`: the time without a process is read: `$DownSeconds`");
+fn a_new_process_finds_any_time_without_one() {
+    let lines = "always = [\"!waste\", \"!waste | !running\", \"$DownSeconds <= 600 | running\"]\n";
+    for (event, step) in [("power-cut", "power-cut for 601s"), ("restart", "restart for 601s")] {
+        let test = retained(lines, "interval = \"10ms\"\n", event);
+        let found = answers(BATCH, &test);
+        let (scan, scenario) = violated(&found[0]);
+        assert_eq!(scan, 2, "{scenario}");
+        assert!(scenario.contains(step), "{scenario}");
+        assert_eq!(found[1].word(), "proved", "{}", found[1].text());
+        assert_eq!(violated(&found[2]).0, 2);
+        let told = "  a new process finds any `$DownSeconds`\n";
+        assert!(found[0].text().contains(told), "{}", found[0].text());
+        // Where nothing is retained, a process does not know how long there was none.
+        let nothing = format!("{lines}\n[prove]\nevents = [\"{event}\"]\n");
+        assert_eq!(words(BATCH, &nothing), ["proved"; 3]);
+    }
+    assert_eq!(words(BATCH, &retained(lines, "", "stop")), ["proved"; 3]);
+}
+
+#[test]
+fn a_start_with_retained_memory_finds_any_time_without_a_process() {
+    let lines = "always = [\"!waste | $FirstScan\", \"$DownSeconds < 5\"]\n[retain]\n\
+                 tags = [\"running\"]\n[prove]\nfrom = \"retained\"\n";
+    // A scenario begins with no time without a process.
+    assert_eq!(words(BATCH, lines), ["not decided"; 2]);
 }

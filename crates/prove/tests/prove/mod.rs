@@ -10,6 +10,7 @@ mod device_loss;
 mod drawn;
 mod encoded;
 mod environment;
+mod equal;
 mod events;
 mod exhaust;
 mod explore;

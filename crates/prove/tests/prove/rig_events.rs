@@ -12,7 +12,7 @@ use rungd_lab::testing::read_suite;
 use rungd_prove::answer::AnswerVerdict;
 use rungd_prove::decide::{DecideLimits, decide_can};
 use rungd_prove::events::ScanEvent;
-use rungd_prove::model::Run;
+use rungd_prove::model::{FreeInput, Run};
 use rungd_prove::question::Questions;
 use rungd_prove::rig_memory::differing_at;
 use rungd_test_support::folder::TestFolder;
@@ -21,8 +21,6 @@ use rungd_test_support::model::rng::Rng;
 use rungd_test_support::setting::setting;
 use std::fs;
 use std::time::Duration;
-
-const NOW: PowerOff = PowerOff { down_ms: 0, lose_ms: 0 };
 
 /// The questions of a test file beside `ladder.toml` and, if it names it, `controller.toml`.
 pub fn questions(ladder: &str, controller: &str, test: &str) -> Questions {
@@ -45,11 +43,13 @@ fn scan(rig: &mut Rig, event: Option<ScanEvent>) {
     rig.end_scan(is_last);
 }
 
-fn happen(rig: &mut Rig, event: Option<ScanEvent>) {
+fn happen(rig: &mut Rig, event: Option<ScanEvent>, down_ms: u32) {
     match event {
         Some(ScanEvent::Stop) => rig.start(),
-        Some(ScanEvent::Restart) => rig.restart(0),
-        Some(ScanEvent::PowerCut | ScanEvent::PowerCutBeforeImage) => rig.power_cut(NOW),
+        Some(ScanEvent::Restart) => rig.restart(down_ms),
+        Some(ScanEvent::PowerCut | ScanEvent::PowerCutBeforeImage) => {
+            rig.power_cut(PowerOff { down_ms, lose_ms: 0 });
+        }
         Some(ScanEvent::KeepImage) | None => {}
     }
 }
@@ -102,7 +102,9 @@ pub fn move_inputs(rig: &mut Rig, questions: &Questions, rng: &mut Rng) {
 fn compare(questions: &Questions, seed: u64) -> u32 {
     let (model, mut rng) = (&questions.model, Rng::new(seed));
     let address = |cell| model.code.layout.address(cell);
-    if !model.inputs.iter().all(|input| is_brought(address(input.cell))) {
+    let down = model.events.down.map(|down| Cell::Word(down.next));
+    let is_down = |input: &FreeInput| Some(input.cell) == down;
+    if !model.inputs.iter().all(|input| is_down(input) || is_brought(address(input.cell))) {
         // The time of day is free in a proof.
         return 0;
     }
@@ -123,7 +125,12 @@ fn compare(questions: &Questions, seed: u64) -> u32 {
             let layout = &rig.program().symbols.layout;
             rig.image().value(address(cell).and_then(|at| layout.cell(at)).expect("a cell"))
         };
-        let brought: Vec<i32> = model.inputs.iter().map(|input| of_rig(input.cell)).collect();
+        let down_s = rng.range(0, 3) as i32;
+        let brought = model.inputs.iter().map(|input| match is_down(input) {
+            true => down_s,
+            false => of_rig(input.cell),
+        });
+        let brought: Vec<i32> = brought.collect();
         lost += u32::from(model.inputs.iter().zip(&brought).any(|(input, value)| {
             let is_ok = |bit| matches!(bit, Bit::Device(_, DeviceBit::Ok));
             *value == 0 && matches!(address(input.cell), Some(Address::Bit(bit)) if is_ok(bit))
@@ -138,7 +145,7 @@ fn compare(questions: &Questions, seed: u64) -> u32 {
             assert!(differ.is_empty(), "seed {seed}, scan {number}: {differ:#?}");
             continue;
         }
-        happen(&mut rig, happening);
+        happen(&mut rig, happening, down_s.unsigned_abs() * 1000);
         run.settle();
         let differ = differing(&rig, &run);
         assert!(differ.is_empty(), "seed {seed}, behind scan {number}, {happening:?}: {differ:#?}");

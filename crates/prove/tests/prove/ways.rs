@@ -3,7 +3,8 @@
 //!
 //! `RUNGD_PROVE_WAYS` (6) is the number of programs, `RUNGD_PROVE_SEED` (1) the first seed,
 //! `RUNGD_PROVE_STATES` (2000) the greatest number of states that exploring keeps: what it decides,
-//! it mostly decides with far fewer. A question that a way leaves open is counted, and judged by what
+//! it mostly decides with far fewer; `RUNGD_PROVE_EFFORT` (20000) the number of decisions of the
+//! solver. A question that a way leaves open is counted, and judged by what
 //! the others say. Exploring's paths are the shortest.
 
 use super::drawn::{Drawn, drawn};
@@ -16,15 +17,16 @@ use rungd_prove::explore::{ExploreLimits, Explored, explore};
 use rungd_prove::model::{FreeInput, Path, Run, Target};
 use rungd_prove::race::{Decision, by_deducing};
 use rungd_test_support::model::rng::Rng;
+use rungd_test_support::patience::PATIENCE;
 use rungd_test_support::setting::setting;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
-use std::time::Duration;
+use std::sync::atomic::{AtomicBool, AtomicU64};
 
 /// The memory for states, bytes.
 const MEMORY: usize = 2_000_000;
-/// The time of the solver for a question; a question that takes longer is left open.
-const TIME: Duration = Duration::from_millis(500);
+/// The decisions of the solver for a question; a question that takes more is left open, on every
+/// machine.
+const EFFORT: u64 = 20_000;
 /// About the number of scans of an exhaustive search.
 const SCANS: usize = 400;
 
@@ -87,7 +89,10 @@ fn allows(seen: &Exhausted, said: Option<usize>, is_shortest: bool) -> bool {
 }
 
 pub fn judge(drawn: &Drawn, target: Target, tally: &mut Tally) {
-    let patience = Patience::new(TIME, &Arc::new(AtomicBool::new(false)));
+    let patience = Patience {
+        effort: Some(Arc::new(AtomicU64::new(setting("RUNGD_PROVE_EFFORT", EFFORT)))),
+        ..Patience::new(PATIENCE, &Arc::new(AtomicBool::new(false)))
+    };
     let deduced = by_deducing(&drawn.model, target, &patience);
     let explored = explored(drawn, target);
     let seen = exhaust(&drawn.model, target, SCANS);
