@@ -391,6 +391,27 @@ fn whether_reals_are_divided_by_zero_is_known_without_their_quotient() {
 }
 
 #[test]
+fn an_acc_that_is_a_preset_or_an_interval_is_held_whole() {
+    let ladder = r#"
+[[program]]
+name = "Main"
+rung = [
+    { leg.up = ["X0"], leg.rst = ["X1"], do = ["CNT CT0 preset=1"] },
+    { leg.up = ["X2"], leg.dn = ["X3"], leg.rst = ["$Off"], do = ["UDC CT1 up-preset=CT0.Acc dn-preset=0"] },
+    { when = ["CT1.Done"], do = ["OUT Y0"] },
+    { when = ["!X1"], do = ["TMR T0 preset=10ms"] },
+    { when = ["X0"], do = ["ENTASK Job every=T0.Acc"] },
+]
+[[task]]
+name = "Job"
+rung = [{ when = ["$On"], do = ["PONOFF Y1", "ADD D0 1 to=D0"] }]
+"#;
+    let inputs = &["X0", "X1", "X2", "X3"];
+    let model = model(Asked { ladder, inputs, judged: &["Y0 | Y1"], ..Asked::default() });
+    (1..5).for_each(|seed| compare(&model, seed, 80));
+}
+
+#[test]
 fn gates_of_a_ladder_without_memory_have_no_latches() {
     let ladder = r#"
 [[program]]
