@@ -127,8 +127,12 @@ impl PlantManager {
             [first, .., last] => format!("{user} writes {first} to {last}"),
             [] => return StatusCode::BadNothingToDo,
         };
-        let request =
-            Request::WriteSet { writes, for_user: Some(user.to_owned()), from_page: false };
+        let request = Request::WriteSet {
+            writes,
+            for_user: Some(user.to_owned()),
+            from_page: false,
+            reason: None,
+        };
         let (status, refusal) = match self.followed.ask::<ChangedOperands>(request).await {
             Ok(_) => (StatusCode::Good, None),
             Err((status, why)) => (status, Some(why)),

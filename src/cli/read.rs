@@ -76,7 +76,7 @@ fn read_into(args: &ReadArgs, path: &Path) -> Result<Exit> {
         file_text(&set.values, &set.records)
     );
     let writes = read_file(&text).0.into_iter().map(|found| found.write).collect();
-    if request_bytes(&Request::WriteSet { writes, for_user: None, from_page: false })
+    if request_bytes(&Request::WriteSet { writes, for_user: None, from_page: false, reason: None })
         > CHANGE_BYTES_MAX
     {
         say_line(&format!(

@@ -14,7 +14,7 @@ use rungd_client::operator::SOCKET_VARIABLE;
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::search;
 use rungd_client::operator::search_failure::SearchFailure;
-use rungd_web::{ListenAt, UserFailure, WebOptions, serve, set_password};
+use rungd_web::{ListenAt, Secret, UserFailure, WebOptions, serve, set_password};
 
 /// Shows a running controller in a browser: its ladder with power, why, trends, alarms
 #[derive(Args, Debug)]
@@ -63,6 +63,9 @@ enum WebCommand {
         /// Remove the user
         #[arg(long)]
         remove: bool,
+        /// A PIN of 6 to 12 digits instead of a password, for the keys of a panel
+        #[arg(long, conflicts_with = "remove")]
+        pin: bool,
     },
 }
 
@@ -71,8 +74,10 @@ enum WebCommand {
 /// # Errors
 /// The arguments are refused, or a file, socket or address cannot be opened.
 pub fn web(args: &WebArgs) -> Result<Exit> {
-    if let Some(WebCommand::Passwd { user, users_file, remove }) = &args.users {
-        return passwd(user, users_file, *remove);
+    if let Some(WebCommand::Passwd { user, users_file, remove, pin }) = &args.users {
+        let kind = if *pin { Secret::Pin } else { Secret::Password };
+        let given = if *remove { None } else { Some(asked()?) };
+        return passwd(user, users_file, given.as_deref().map(kind));
     }
     let options = WebOptions {
         listen: args.listen.clone(),
@@ -98,10 +103,12 @@ pub fn web(args: &WebArgs) -> Result<Exit> {
     Ok(Exit::Ok)
 }
 
-fn passwd(user: &str, file: &std::path::Path, remove: bool) -> Result<Exit> {
-    let password = if remove { None } else { Some(asked()?) };
-    match set_password(file, user, password.as_deref()) {
-        Ok(()) if remove => print(&format!("{user} is removed; open sessions have ended\n"))?,
+/// Sets what a user signs in with; `None` removes the user.
+fn passwd(user: &str, file: &std::path::Path, secret: Option<Secret<'_>>) -> Result<Exit> {
+    match set_password(file, user, secret) {
+        Ok(()) if secret.is_none() => {
+            print(&format!("{user} is removed; open sessions have ended\n"))?
+        }
         Ok(()) => print(&format!("{user} may sign in: `rungd web --users-file` names the file\n"))?,
         Err(failure @ UserFailure::Refused(_)) => {
             say_line(&format!("rungd web: {failure}"));

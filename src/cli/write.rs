@@ -53,8 +53,19 @@ pub struct WriteArgs {
     /// records `recipe = [{ kind = 1 }, { kind = 2 }]`; - is standard input
     #[arg(long, value_name = "SET.toml", conflicts_with = "operand")]
     file: Option<PathBuf>,
+    /// The reason, for the log: a line of at most 200 characters
+    #[arg(long, value_name = "TEXT")]
+    why: Option<String>,
     #[command(flatten)]
     at: OperatorArgs,
+}
+
+impl WriteArgs {
+    /// The request for several writes.
+    fn change(&self, writes: Vec<GivenWrite>) -> Request {
+        let reason = self.why.clone();
+        Request::WriteSet { writes, for_user: None, from_page: false, reason }
+    }
 }
 
 /// Writes the values.
@@ -69,7 +80,8 @@ pub fn write(args: &WriteArgs) -> Result<Exit> {
     match words.as_slice() {
         [operand, value] if !words.iter().any(|word| word.contains('=')) => {
             let (operand, value) = (operand.to_string(), GivenValue::Text(value.to_string()));
-            let write = Request::Write { operand, value, for_user: None, from_page: false };
+            let reason = args.why.clone();
+            let write = Request::Write { operand, value, for_user: None, from_page: false, reason };
             args.at.change(&write, "")
         }
         words => {
@@ -79,7 +91,7 @@ pub fn write(args: &WriteArgs) -> Result<Exit> {
                                OPERAND=VALUE …` or `rungd write --file SET.toml`";
                 return Err(CommandLine(message.to_owned()).into());
             }
-            match args.at.asked(&Request::WriteSet { writes, for_user: None, from_page: false }) {
+            match args.at.asked(&args.change(writes)) {
                 Ok(changed) => print_changes(&args.at, &changed),
                 Err(failure) => Ok(args.at.print_failure(&failure)),
             }
@@ -120,7 +132,7 @@ fn write_file(args: &WriteArgs, path: &Path) -> Result<Exit> {
         say_line(&format!("rungd: {name} has no values: write `size = 12`, an operand a line"));
         return Ok(Exit::Config);
     }
-    let request = Request::WriteSet { writes, for_user: None, from_page: false };
+    let request = args.change(writes);
     if request_bytes(&request) > CHANGE_BYTES_MAX {
         let message = format!(
             "rungd: {name} is too long for one change, whose names and values have room in \

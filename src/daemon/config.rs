@@ -16,9 +16,9 @@ use rungd_config::controller::log::LogSettings;
 use rungd_config::controller::operator::Operator;
 use rungd_config::controller::record::RecordSettings;
 use rungd_config::controller::watch::WatchSettings;
+use rungd_config::controller::web::WebSettings;
 use rungd_config::load::{self, Loaded, sha256_of};
 use rungd_engine as engine;
-use rungd_engine::isa::Address;
 use rungd_history::record::RecordedFile;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::plant::settings::InputRule;
@@ -51,10 +51,8 @@ pub struct ControllerSetup {
     pub(super) symbols: Symbols,
     pub(super) names: Arc<OperandNames>,
     pub(super) operator: Operator,
-    /// The operands that pages may write: `[web] write`.
-    pub(super) pages_write: Vec<Address>,
-    /// The operands that pages may hold: those of `hold` in a panel.
-    pub(super) pages_hold: Vec<Address>,
+    /// What users of pages may write and hold.
+    pub(super) pages: Arc<WebSettings>,
     pub(super) narration: Narration,
     pub(super) watched: WatchedCells,
     pub(super) pace: ScannerSettings,
@@ -172,8 +170,7 @@ pub fn settle(
         watched,
         names: Arc::new(OperandNames::new(program, &symbols)),
         operator: controller.operator.clone(),
-        pages_write: controller.web.write.iter().map(|(_, what)| *what).collect(),
-        pages_hold: controller.web.hold.clone(),
+        pages: Arc::new(controller.web.clone()),
         pace,
         memory: PublicMemory::new(&symbols.layout, controller.safe_values(program.sizes.y)),
         posture: controller.realtime.clone(),

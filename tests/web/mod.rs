@@ -9,6 +9,7 @@ mod outputs;
 mod pages;
 mod press;
 mod recipe;
+mod rights;
 mod secured;
 mod strangers;
 mod users;

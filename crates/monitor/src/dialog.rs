@@ -60,7 +60,7 @@ impl WantedChange {
             WantedChange::Force => Request::Force { operand, value: GivenValue::Text(text) },
             WantedChange::Write => {
                 let value = GivenValue::Text(text);
-                Request::Write { operand, value, for_user: None, from_page: false }
+                Request::Write { operand, value, for_user: None, from_page: false, reason: None }
             }
             WantedChange::Release => Request::Unforce { operand },
             WantedChange::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },

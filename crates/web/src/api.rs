@@ -6,6 +6,7 @@
 use std::sync::Arc;
 #[cfg(feature = "prove")]
 use std::sync::atomic::AtomicBool;
+use std::time::Instant;
 
 use hyper::StatusCode;
 use serde_json::{Value, json};
@@ -14,6 +15,8 @@ use super::panels;
 use super::query::Query;
 use super::recipe::recipe;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::rights::SessionRights;
+use super::routes::PageQuestion;
 #[cfg(feature = "prove")]
 use super::search::search;
 use super::sessions::WebSession;
@@ -21,6 +24,7 @@ use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
 use super::views::{asked, of, operand, settings, viewed};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendGap, TrendPoint};
+use rungd_config::controller::web::WebOperand;
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
 use rungd_lab::draw::live_svg;
@@ -32,17 +36,23 @@ const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
 
 /// The questions that need the last minute.
-const PAST: [&str; 6] =
-    ["/api/events", "/api/hold", "/api/scan", "/api/why", "/api/how", "/api/trend"];
+const PAST: [PageQuestion; 6] = [
+    PageQuestion::Events,
+    PageQuestion::Hold,
+    PageQuestion::Scan,
+    PageQuestion::Why,
+    PageQuestion::How,
+    PageQuestion::Trend,
+];
 
 /// Answers a question.
 pub(super) async fn question(
     site: &Arc<WebSite>,
-    path: &str,
+    question: PageQuestion,
     query: &Query,
     session: &WebSession,
 ) -> WebResult {
-    if path == "/api/status" {
+    if question == PageQuestion::Status {
         let seen = site.follow.now().await;
         let present = seen.view.as_ref().ok().and_then(|view| view.present.as_deref());
         let now = present.map(|outputs| json!({ "mode": outputs.mode, "reason": outputs.reason }));
@@ -50,7 +60,7 @@ pub(super) async fn question(
         let status = seen.status.as_deref();
         return Ok(json_answer(&json!({ "status": status, "now": now, "error": error })));
     }
-    if path == "/api/recipe" {
+    if question == PageQuestion::Recipe {
         return recipe(site, query).await;
     }
     let view = match query.number("hold") {
@@ -58,46 +68,67 @@ pub(super) async fn question(
             let why = "the scans that were held are gone: pause again";
             WebFailure(StatusCode::GONE, why.to_owned())
         })?,
-        None if PAST.contains(&path) => of(site.follow.with_minute().await)?,
+        None if PAST.contains(&question) => of(site.follow.with_minute().await)?,
         None => viewed(site).await?,
     };
     let query = query.clone();
-    match path {
-        "/api/hold" => {
+    match question {
+        PageQuestion::Hold => {
             let scans = view.scans().ok_or_else(|| bad("no scan is recorded yet"))?;
             let scans = json!([scans.start(), scans.end()]);
             Ok(json_answer(&json!({ "hold": site.hold(view), "scans": scans })))
         }
-        "/api/session" => Ok(json_answer(&of_session(session, &view))),
-        "/api/ladder" => Ok(json_answer(&ladder(&view.program))),
-        "/api/mimic" => {
+        PageQuestion::Session => Ok(json_answer(&of_session(session, &view))),
+        PageQuestion::Ladder => Ok(json_answer(&ladder(&view.program))),
+        PageQuestion::Mimic => {
             let folder = site.mimics.clone();
             asked(site, move || panels::drawing(folder.as_deref(), &view.program, &query)).await
         }
-        "/api/panels" => Ok(json_answer(&panels::panels(&view.program))),
-        "/api/tags" => Ok(json_answer(&tags(&view.program, query.get("find")))),
-        "/api/events" => asked(site, move || Ok(happened(&view))).await,
-        "/api/rungs" => asked(site, move || rungs(&view, &query)).await,
-        "/api/scan" => asked(site, move || scan(&view, &query)).await,
-        "/api/why" => asked(site, move || why(&view, &query)).await,
+        PageQuestion::Panels => Ok(json_answer(&panels::panels(&view.program))),
+        PageQuestion::Tags => Ok(json_answer(&tags(&view.program, query.get("find")))),
+        PageQuestion::Events => asked(site, move || Ok(happened(&view))).await,
+        PageQuestion::Rungs => asked(site, move || rungs(&view, &query)).await,
+        PageQuestion::Scan => asked(site, move || scan(&view, &query)).await,
+        PageQuestion::Why => asked(site, move || why(&view, &query)).await,
         #[cfg(feature = "prove")]
-        "/api/how" => search(site, move |given_up| how(&view, &query, given_up)).await,
-        "/api/trend" => asked(site, move || trend(&view, &query)).await,
-        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned())),
+        PageQuestion::How => search(site, move |given_up| how(&view, &query, given_up)).await,
+        PageQuestion::Trend => asked(site, move || trend(&view, &query)).await,
+        #[cfg(not(feature = "prove"))]
+        PageQuestion::How => {
+            Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned()))
+        }
+        // Answered before, and by `stream`.
+        PageQuestion::Status | PageQuestion::Recipe | PageQuestion::Stream => {
+            Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned()))
+        }
     }
 }
 
+/// What the page offers to its user: the operands that this role may write.
 fn of_session(session: &WebSession, view: &LiveView) -> Value {
     let user = session.user.as_ref().map(|user| &user.name);
-    let write = settings(&view.program).map_or(&[][..], |web| &web.write);
-    let names: Vec<&str> = write.iter().map(|(name, _)| name.as_str()).collect();
-    let bits = write.iter().filter(|(_, address)| matches!(address, Address::Bit(_)));
-    let bits: Vec<&str> = bits.map(|(name, _)| name.as_str()).collect();
+    let settings = settings(&view.program);
+    let rights = SessionRights::of(session, settings, Instant::now());
+    let write: Vec<&WebOperand> = settings
+        .iter()
+        .flat_map(|web| &web.write)
+        .filter(|operand| user.is_some() && operand.role <= rights.role)
+        .collect();
+    let named = |fits: &dyn Fn(&WebOperand) -> bool| -> Vec<&str> {
+        let fitting = write.iter().filter(|operand| fits(operand));
+        fitting.map(|operand| operand.name.as_str()).collect()
+    };
+    let wants =
+        |operand: &WebOperand| settings.is_some_and(|web| web.wants_reason(operand.address));
     json!({
         "user": user,
+        "role": rights.role.word(),
+        "signed_out": rights.is_signed_out,
+        "sign_out_ms": settings.and_then(|web| web.sign_out_ms),
         "csrf": session.csrf,
-        "write": if user.is_some() { names } else { Vec::new() },
-        "bits": bits,
+        "write": named(&|_| true),
+        "bits": named(&|operand| matches!(operand.address, Address::Bit(_))),
+        "reasons": named(&wants),
         "version": env!("CARGO_PKG_VERSION"),
         "how": cfg!(feature = "prove"),
     })

@@ -5,15 +5,14 @@
 
 use std::sync::Arc;
 
-use hyper::StatusCode;
 use serde_json::{Value, json};
 
 use super::journal::say;
 use super::press::press;
 use super::recipe;
-use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::reply::{WebResult, bad, json_answer};
+use super::routes::PageChange;
 use super::sender::{Visitor, listed_operand, sent};
-use super::sessions::SignedIn;
 use super::site::WebSite;
 use super::views::OPERAND_BYTES_MAX;
 use rungd_base::wall_clock;
@@ -22,32 +21,38 @@ use rungd_client::operator::protocol::{GivenValue, Request};
 /// Makes a change.
 pub(super) async fn change(
     site: &Arc<WebSite>,
-    path: &str,
+    change: PageChange,
     visitor: &Visitor,
     said: &Value,
 ) -> WebResult {
-    let Some(SignedIn { name: user, .. }) = &visitor.session.user else {
-        let why = "only users who have signed in may change something: see `rungd web passwd`";
-        return Err(WebFailure(StatusCode::FORBIDDEN, why.to_owned()));
-    };
-    match path {
-        "/api/write" => write(site, visitor, user, said).await,
-        "/api/press" => press(site, visitor, user, said).await,
-        "/api/recipe" => recipe::write(site, visitor, user, said).await,
-        "/api/recipe/read" => recipe::read(site, said).await,
-        "/api/ack" => acknowledge(site, visitor, user, said).await,
-        _ => Err(WebFailure(StatusCode::NOT_FOUND, "there is no such change".to_owned())),
+    // A visitor without a user has no right that comes so far, except to stay.
+    let nobody = String::new();
+    let user = visitor.session.user.as_ref().map_or(&nobody, |user| &user.name);
+    match change {
+        PageChange::Write => write(site, visitor, user, said).await,
+        PageChange::Press => press(site, visitor, user, said).await,
+        PageChange::Recipe => recipe::write(site, visitor, user, said).await,
+        PageChange::ReadRecipe => recipe::read(site, said).await,
+        PageChange::Ack => acknowledge(site, visitor, user, said).await,
+        // Noted by `route`, which also ends sessions.
+        PageChange::Stay | PageChange::Logout => Ok(json_answer(&json!({}))),
     }
 }
 
+/// The reason that a page gives for a change.
+pub(super) fn reason(said: &Value) -> Option<String> {
+    said["reason"].as_str().map(str::to_owned)
+}
+
 async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value) -> WebResult {
-    let operand = listed_operand(site, said).await?;
+    let operand = listed_operand(site, &visitor.session, said).await?;
     let given: Result<GivenValue, _> = serde_json::from_value(said["value"].clone());
     let value = given.map_err(|_| bad("a value is a number, true or false, or a text"))?;
     let for_user = Some(user.to_owned());
     // The controller checks the list again, that of the program which it runs at that time.
     let from_page = true;
-    let write = Request::Write { operand: operand.clone(), value, for_user, from_page };
+    let reason = reason(said);
+    let write = Request::Write { operand: operand.clone(), value, for_user, from_page, reason };
     let mut done = sent(site, visitor, write).await?;
     // Scans after this moment show what the ladder has made of it.
     done["at_ms"] = json!(wall_clock::now_ms());

@@ -97,6 +97,11 @@ impl FollowThread {
         self.thread.unpark();
     }
 
+    /// The last result, however old it is.
+    pub fn latest(&self) -> Arc<LookResult> {
+        Arc::clone(&self.seen.borrow())
+    }
+
     /// A fresh result.
     pub async fn now(&self) -> Arc<LookResult> {
         self.when(&|_| true).await

@@ -4,8 +4,8 @@
 //! thread follows the controller (`follow`). `server` receives requests; `guard` checks their hosts
 //! and origins, and `sessions` their users. `api` answers from the data of `follow`; `stream` sends
 //! each viewer the power of one scan, five times a second. The pages are read-only, except for the
-//! tags that the controller file's `[web] write` lists for signed-in users, and alarms, which they
-//! may acknowledge. Called by `cli::web`.
+//! tags that the controller file's `[web] write` lists for the roles of users (`rights`), and
+//! alarms, which they may acknowledge. Called by `cli::web`.
 //!
 //! # The way of a page
 //!
@@ -41,7 +41,9 @@ mod press;
 mod query;
 mod recipe;
 mod reply;
+mod rights;
 mod route;
+mod routes;
 #[cfg(feature = "prove")]
 mod search;
 mod sender;
@@ -53,5 +55,6 @@ mod users;
 mod views;
 
 pub use options::{ListenAt, WebOptions};
+pub use routes::{PageChange, PageQuestion};
 pub use server::{conversation, serve};
-pub use users::{UserDirectory, UserFailure, set_password};
+pub use users::{Secret, UserDirectory, UserFailure, set_password};

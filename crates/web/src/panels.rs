@@ -44,13 +44,15 @@ fn widget(program: &LiveProgram, widget: &Widget, unit: Option<&str>) -> Value {
         "color": widget.color.map(LampColor::word),
         "real": word.is_some_and(Word::is_real),
         "takes": word.map(|word| takes(program, word)),
+        "reason": widget.reason,
         "write": is_recipe.then(|| is_listed(program, &widget.operand)),
     })
 }
 
 /// Whether `[web] write` lists what a recipe shows, or a part of it.
 fn is_listed(program: &LiveProgram, recipe: &str) -> bool {
-    settings(program).is_some_and(|web| web.write.iter().any(|(name, _)| is_part_of(name, recipe)))
+    settings(program)
+        .is_some_and(|web| web.write.iter().any(|operand| is_part_of(&operand.name, recipe)))
 }
 
 /// The word that an operand names; `None`: it names a bit.

@@ -28,7 +28,7 @@ pub(super) async fn press(
         (Some(hold), None | Some(false)) => Request::KeepHold { hold, for_user },
         (None, _) if !said["hold"].is_null() => return Err(bad("`hold` is a number")),
         (None, _) => {
-            let operand = listed_operand(site, said).await?;
+            let operand = listed_operand(site, &visitor.session, said).await?;
             Request::Hold { operand, for_user, from_page: true }
         }
     };

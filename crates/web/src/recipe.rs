@@ -10,6 +10,7 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
+use super::changes::reason;
 use super::journal::say;
 use super::panels::{is_part_of, shows, takes, word};
 use super::query::Query;
@@ -104,7 +105,7 @@ pub(super) async fn write(
     let writes = writes.map_err(|_| bad("`writes` is a list of operands and values"))?;
     let count = writes.len();
     let (for_user, from_page) = (Some(user.to_owned()), true);
-    let request = Request::WriteSet { writes, for_user, from_page };
+    let request = Request::WriteSet { writes, for_user, from_page, reason: reason(said) };
     match sent(site, visitor, request).await {
         Ok(done) => {
             say(&format!("{user} wrote {count} values of {recipe}"));

@@ -20,10 +20,14 @@ use super::patience::BrowserPatience;
 use super::query::Query;
 use super::recipe::RECIPE_BYTES_MAX;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
+use super::rights::SessionRights;
+use super::routes::{PageChange, PageQuestion};
 use super::sender::Visitor;
-use super::sessions::{COOKIE, SignedIn, cookie_of};
+use super::sessions::{COOKIE, SignedIn, WebSession, cookie_of};
 use super::site::WebSite;
 use super::stream;
+use super::views::{settings, viewed};
+use rungd_config::controller::user::WebRole;
 
 /// The most bytes of a change, and the time limit for receiving it.
 const BODY_BYTES_MAX: usize = 8 * 1024;
@@ -87,10 +91,12 @@ async fn admitted_answer(
     let session = site.session(&cookie).ok_or_else(|| signed_out(site))?;
     if is_get {
         query.judge().map_err(bad)?;
-        if path == "/events" {
+        let question = PageQuestion::at(&path).ok_or_else(|| missing("page"))?;
+        judge(site, &session, question.needs()).await?;
+        if question == PageQuestion::Stream {
             return stream::events(site, &query, &cookie);
         }
-        return api::question(site, &path, &query, &session).await;
+        return api::question(site, question, &query, &session).await;
     }
     let token = request.headers().get(CSRF).and_then(|token| token.to_str().ok());
     if !session.has_token(token.unwrap_or_default()) {
@@ -100,14 +106,54 @@ async fn admitted_answer(
     if *request.method() != Method::POST {
         return Err(wrong_method());
     }
-    if path == "/api/logout" {
+    let change = PageChange::at(&path).ok_or_else(|| missing("change"))?;
+    if change == PageChange::Logout {
         site.sessions().end(&cookie);
         return Ok(json_answer(&json!({})));
     }
-    let bytes_max = if path.starts_with("/api/recipe") { RECIPE_BYTES_MAX } else { BODY_BYTES_MAX };
+    let bytes_max = match change {
+        PageChange::Recipe | PageChange::ReadRecipe => RECIPE_BYTES_MAX,
+        PageChange::Write
+        | PageChange::Press
+        | PageChange::Ack
+        | PageChange::Stay
+        | PageChange::Logout => BODY_BYTES_MAX,
+    };
     let said = body(request, bytes_max).await?;
+    // A hold that goes on, or ends, is that of its user alone: the controller knows it. It does not
+    // wait for a look.
+    if change != PageChange::Press || said["hold"].is_null() {
+        judge(site, &session, change.needs()).await?;
+    }
+    note_act(site, &cookie, &session);
     let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
-    changes::change(site, &path, &visitor, &said).await
+    changes::change(site, change, &visitor, &said).await
+}
+
+/// Notes that a person has done something, unless the user is signed out: only a sign-in ends that.
+fn note_act(site: &WebSite, cookie: &str, session: &WebSession) {
+    let (seen, now) = (site.follow.latest(), Instant::now());
+    let settings = seen.view.as_ref().ok().and_then(|view| settings(&view.program));
+    if !SessionRights::of(session, settings, now).is_signed_out {
+        site.sessions().act(cookie, now);
+    }
+}
+
+fn missing(what: &str) -> WebFailure {
+    WebFailure(StatusCode::NOT_FOUND, format!("there is no such {what}"))
+}
+
+/// Refuses what the user of a session may not do at present. Every session may look.
+async fn judge(site: &WebSite, session: &WebSession, needed: WebRole) -> Result<(), WebFailure> {
+    if needed == WebRole::View {
+        return Ok(());
+    }
+    // Without a user the answer does not depend on the controller.
+    let Some(_) = session.user else {
+        return SessionRights::of(session, None, Instant::now()).judge(session, needed);
+    };
+    let view = viewed(site).await?;
+    SessionRights::of(session, settings(&view.program), Instant::now()).judge(session, needed)
 }
 
 fn cookie(headers: &HeaderMap) -> Option<&str> {
@@ -164,6 +210,7 @@ async fn sign_in(
     if !site.has_users() {
         return Err(signed_out(site));
     }
+    let before = cookie(request.headers()).map(str::to_owned);
     let said = body(request, BODY_BYTES_MAX).await?;
     let text = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
     let (name, password) = (text("user"), text("password"));
@@ -192,6 +239,10 @@ async fn sign_in(
         return Err(WebFailure(StatusCode::UNAUTHORIZED, why.to_owned()));
     };
     say(&format!("{name} has signed in"));
+    // At a panel, the next person takes the place of the last one.
+    if let Some(before) = before {
+        site.sessions().end(&before);
+    }
     let cookie = site.sessions().begin(Some(SignedIn { name, hash }), Instant::now());
     let mut answer = json_answer(&json!({}));
     set_cookie(site, &mut answer, &cookie);

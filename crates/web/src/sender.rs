@@ -4,6 +4,7 @@
 //! Used by `changes` and what it calls. It knows no change; the controller judges each.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use hyper::StatusCode;
 use serde_json::Value;
@@ -11,11 +12,13 @@ use serde_json::Value;
 use super::journal::say;
 use super::patience::BrowserPatience;
 use super::reply::{WebFailure, bad};
+use super::rights::SessionRights;
 use super::sessions::WebSession;
 use super::site::WebSite;
 use super::views::{settings, viewed};
 use rungd_client::operator::client::{self, CallFailure};
 use rungd_client::operator::protocol::{RefusalKind, Request, RequestRefusal};
+use rungd_config::controller::web::WebOperand;
 
 /// The session that asks for a change, and how long its browser waits for it.
 pub(super) struct Visitor {
@@ -24,9 +27,10 @@ pub(super) struct Visitor {
     pub patience: BrowserPatience,
 }
 
-/// The operand of a change, as `[web] write` lists it.
+/// The operand of a change, as `[web] write` lists it for the role of the user.
 pub(super) async fn listed_operand(
     site: &Arc<WebSite>,
+    session: &WebSession,
     said: &Value,
 ) -> Result<String, WebFailure> {
     let view = viewed(site).await?;
@@ -34,12 +38,14 @@ pub(super) async fn listed_operand(
     let subject = &view.program.subject;
     let cell = subject.cell(&operand).map_err(bad)?;
     let listed = settings(&view.program).map_or(&[][..], |web| &web.write);
-    let is_listed = |(name, _): &(String, _)| subject.cell(name) == Ok(cell);
-    let Some((operand, _)) = listed.iter().find(|entry| is_listed(entry)).cloned() else {
+    let is_listed = |operand: &&WebOperand| subject.cell(&operand.name) == Ok(cell);
+    let Some(found) = listed.iter().find(is_listed) else {
         let why = format!("`{operand}` cannot be written here: `[web] write` does not list it");
         return Err(WebFailure(StatusCode::FORBIDDEN, why));
     };
-    Ok(operand)
+    let rights = SessionRights::of(session, settings(&view.program), Instant::now());
+    rights.judge(session, found.role)?;
+    Ok(found.name.clone())
 }
 
 /// Sends a change to the controller, if its browser still waits and its session goes on; few at a

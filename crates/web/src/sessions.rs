@@ -60,6 +60,8 @@ pub(super) struct WebSession {
     pub csrf: String,
     began: Instant,
     last: Instant,
+    /// When a person last did something: signed in, pressed, changed.
+    acted: Instant,
 }
 
 /// A secret of 256 bits.
@@ -108,7 +110,7 @@ impl WebSessions {
             }
         }
         let cookie = secret();
-        let session = WebSession { user, csrf: secret(), began: now, last: now };
+        let session = WebSession { user, csrf: secret(), began: now, last: now, acted: now };
         self.all.insert(hash_of(&cookie), session);
         cookie
     }
@@ -118,6 +120,13 @@ impl WebSessions {
         let session = self.all.get_mut(&hash_of(cookie)).filter(|session| session.is_alive(now))?;
         session.last = now;
         Some(session.clone())
+    }
+
+    /// Notes that a person has done something.
+    pub fn act(&mut self, cookie: &str, now: Instant) {
+        if let Some(session) = self.all.get_mut(&hash_of(cookie)) {
+            session.acted = now;
+        }
     }
 
     /// The session of a cookie, for a page that stays open. This does not count as a request.
@@ -159,6 +168,11 @@ impl WebSessions {
 impl WebSession {
     fn is_alive(&self, now: Instant) -> bool {
         now.duration_since(self.last) < IDLE_MAX && now.duration_since(self.began) < AGE_MAX
+    }
+
+    /// How long no person has done anything.
+    pub fn idle(&self, now: Instant) -> Duration {
+        now.duration_since(self.acted)
     }
 
     /// Whether the token of a change is the one of this session.

@@ -14,9 +14,10 @@ use rungd_base::regular_file::read_small_text;
 use rungd_base::whole_file::{self, FileRights, FolderLock, judge_secret};
 use rungd_language::source::wording::is_unseen;
 
-/// The longest name, and the shortest and longest password, in bytes.
+/// The longest name, the shortest and longest password, and PIN, in bytes.
 const NAME_BYTES_MAX: usize = 32;
 const PASSWORD_BYTES: (usize, usize) = (8, 1024);
+const PIN_DIGITS: (usize, usize) = (6, 12);
 
 /// A hash that no password matches. It is verified for an unknown user, so that the time is the
 /// same as for a known user.
@@ -122,14 +123,28 @@ impl UserDirectory {
     }
 }
 
-/// Writes the password of a user into a file. Makes the file if it does not exist. The password
-/// `None` removes the user. If several processes do it at the same time, each one's change stays.
+/// What a user signs in with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Secret<'a> {
+    /// A password of at least 8 bytes.
+    Password(&'a str),
+    /// A PIN of 6 to 12 digits, for the keys of a panel.
+    Pin(&'a str),
+}
+
+/// Writes the password or PIN of a user into a file. Makes the file if it does not exist. The
+/// secret `None` removes the user. If several processes do it at the same time, each one's change
+/// stays.
 ///
 /// # Errors
 /// [`UserFailure`]; the file is not changed.
-pub fn set_password(path: &Path, name: &str, password: Option<&str>) -> Result<(), UserFailure> {
+pub fn set_password(
+    path: &Path,
+    name: &str,
+    secret: Option<Secret<'_>>,
+) -> Result<(), UserFailure> {
     // A user with an impossible name, from a file that was written by hand, can be removed.
-    let hash = password.map(|password| judge_name(name).and_then(|()| hashed(password)));
+    let hash = secret.map(|secret| judge_name(name).and_then(|()| hashed(secret)));
     let hash = hash.transpose()?;
     // A link to the file stays a link.
     let path = whole_file::followed(path);
@@ -168,10 +183,18 @@ fn judge_name(name: &str) -> Result<(), UserFailure> {
     )))
 }
 
-fn hashed(password: &str) -> Result<String, UserFailure> {
-    let (least, most) = PASSWORD_BYTES;
-    if !(least..=most).contains(&password.len()) {
-        let why = format!("a password must have {least} to {most} bytes");
+fn hashed(secret: Secret<'_>) -> Result<String, UserFailure> {
+    let fits = |text: &str, (least, most): (usize, usize)| (least..=most).contains(&text.len());
+    let (password, wrong) = match secret {
+        Secret::Password(password) if fits(password, PASSWORD_BYTES) => (password, None),
+        Secret::Password(password) => (password, Some(("a password", PASSWORD_BYTES, "bytes"))),
+        Secret::Pin(pin) => {
+            let is_pin = pin.bytes().all(|byte| byte.is_ascii_digit()) && fits(pin, PIN_DIGITS);
+            (pin, (!is_pin).then_some(("a PIN", PIN_DIGITS, "digits")))
+        }
+    };
+    if let Some((what, (least, most), unit)) = wrong {
+        let why = format!("{what} must have {least} to {most} {unit}");
         return Err(UserFailure::Refused(why));
     }
     let salt = SaltString::generate(&mut OsRng);
@@ -189,8 +212,8 @@ mod tests {
     fn a_password_admits_only_its_user() {
         let path = std::env::temp_dir().join(format!("rungd-users-{}", std::process::id()));
         let _ = fs::remove_file(&path);
-        set_password(&path, "anna", Some("correct horse")).expect("written");
-        set_password(&path, "ben", Some("battery staple")).expect("written");
+        set_password(&path, "anna", Some(Secret::Password("correct horse"))).expect("written");
+        set_password(&path, "ben", Some(Secret::Password("battery staple"))).expect("written");
         let users = Users::read(&path).expect("read");
         let hasher = Hasher::default();
         let is_in =
@@ -201,7 +224,9 @@ mod tests {
         assert!(!is_in(&users, "", ""));
         set_password(&path, "anna", None).expect("removed");
         assert!(!is_in(&Users::read(&path).expect("read"), "anna", "correct horse"));
-        let refused = |name, password| set_password(&path, name, password).unwrap_err();
+        let refused = |name, password: Option<&str>| {
+            set_password(&path, name, password.map(Secret::Password)).unwrap_err()
+        };
         assert!(refused("anna", None).to_string().contains("no user"));
         assert!(refused("a:b", Some("long enough")).to_string().contains("no `:`"));
         for name in ["anna\u{202e}", "an\u{200b}na", "\u{feff}anna", "a\u{ad}nna", "\u{3164}"] {
@@ -211,9 +236,9 @@ mod tests {
         fs::set_permissions(&path, fs::Permissions::from_mode(0o644)).expect("changed");
         assert!(Users::read(&path).unwrap_err().to_string().contains("chmod o="));
         fs::set_permissions(&path, fs::Permissions::from_mode(0o600)).expect("changed");
-        let hash = hashed("long enough").expect("a hash");
+        let hash = hashed(Secret::Password("long enough")).expect("a hash");
         fs::write(&path, format!("# users\ndora:{hash}\n")).expect("written");
-        set_password(&path, "anna", Some("long enough")).expect("written");
+        set_password(&path, "anna", Some(Secret::Password("long enough"))).expect("written");
         let text = fs::read_to_string(&path).expect("read");
         assert!(text.starts_with("# users\ndora:$") && text.contains("\nanna:$"), "{text}");
         let lines = |name: &str| {
@@ -222,7 +247,7 @@ mod tests {
         };
         let twice = format!("anna:{hash}\ndora:{hash}\nanna:{hash}\nanna:{hash}\n");
         fs::write(&path, &twice).expect("written");
-        set_password(&path, "anna", Some("battery staple")).expect("written");
+        set_password(&path, "anna", Some(Secret::Password("battery staple"))).expect("written");
         assert_eq!((lines("anna:"), lines("dora:")), (1, 1), "the old password is in no line");
         fs::write(&path, &twice).expect("written");
         set_password(&path, "anna", None).expect("removed");
@@ -230,6 +255,15 @@ mod tests {
         fs::write(&path, "# users\nanna\n").expect("written");
         assert!(Users::read(&path).unwrap_err().to_string().contains(":2: a line is NAME:HASH"));
         let _ = fs::remove_file(&path);
+    }
+
+    #[test]
+    fn a_pin_has_six_to_twelve_digits() {
+        assert!(hashed(Secret::Pin("004711")).is_ok());
+        for wrong in ["", "12345", "1234567890123", "12345x", "１２３４５６"] {
+            let refused = hashed(Secret::Pin(wrong)).unwrap_err().to_string();
+            assert_eq!(refused, "a PIN must have 6 to 12 digits", "{wrong}");
+        }
     }
 
     #[test]

@@ -9,6 +9,7 @@ use std::collections::{HashMap, HashSet};
 use super::peer::PeerRequest;
 use super::refused::tell_refused;
 use super::service::OperatorService;
+use super::write::WriteTerms;
 use crate::daemon::alarm_book::Acknowledgement;
 use rungd_client::operator::protocol::{
     AckedAlarm, GivenValue, GivenWrite, RequestRefusal, WRITES_MAX,
@@ -50,7 +51,7 @@ impl OperatorService {
         while !left.is_empty() {
             let more = left.split_off(left.len().min(WRITES_MAX));
             let writes: Vec<GivenWrite> = left.iter().map(turned_on).collect();
-            if let Err(refusal) = self.write_set(asker, &writes, false).await {
+            if let Err(refusal) = self.write_set(asker, &writes, WriteTerms::default()).await {
                 left = without_refused(left, &refusal, &mut refused);
             } else {
                 left.clear();

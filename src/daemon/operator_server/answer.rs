@@ -12,6 +12,7 @@ use super::peer::PeerRequest;
 use super::record;
 use super::service::{OperatorService, log_level};
 use super::shelves::ShelveRequest;
+use super::write::WriteTerms;
 use crate::daemon::reload::Caller;
 use rungd_client::operator::protocol::{GivenWrite, NameList, Reply, Request, RequestResult};
 
@@ -28,15 +29,15 @@ impl OperatorService {
             Request::Status {} => answered(self.status()),
             Request::Read { operands, each } => answered(self.read(operands, *each).await?),
             Request::ReadSet { operands } => answered(self.read_set(operands)?),
-            Request::Write { operand, value, from_page, .. } => {
+            Request::Write { operand, value, .. } => {
                 let write = GivenWrite { operand: operand.clone(), value: value.clone() };
-                answered(self.write(asker, &write, *from_page).await?)
+                answered(self.write(asker, &write, terms(request)).await?)
             }
-            Request::WriteSet { writes, from_page, .. } => {
-                answered(self.write_set(asker, writes, *from_page).await?)
+            Request::WriteSet { writes, .. } => {
+                answered(self.write_set(asker, writes, terms(request)).await?)
             }
-            Request::Hold { operand, from_page, .. } => {
-                answered(self.hold(asker, operand, *from_page).await?)
+            Request::Hold { operand, .. } => {
+                answered(self.hold(asker, operand, terms(request)).await?)
             }
             Request::KeepHold { hold, .. } => answered(self.keep_hold(asker, *hold).await?),
             Request::EndHold { hold, .. } => answered(self.end_hold(asker, *hold).await?),
@@ -76,6 +77,19 @@ impl OperatorService {
             }
         }
     }
+}
+
+/// How a change is asked for.
+fn terms(request: &Request) -> WriteTerms<'_> {
+    let terms = WriteTerms { person: person(request), ..WriteTerms::default() };
+    if let Request::Write { from_page, reason, .. } | Request::WriteSet { from_page, reason, .. } =
+        request
+    {
+        return WriteTerms { from_page: *from_page, reason: reason.as_deref(), ..terms };
+    }
+    // A hold has no reason.
+    let from_page = matches!(request, Request::Hold { from_page: true, .. });
+    WriteTerms { from_page, ..terms }
 }
 
 /// The person for whom a client makes a request.

@@ -16,7 +16,7 @@ use super::logged_change::{LoggedOperandChange, PreviousState};
 use super::peer::PeerRequest;
 use super::refused::{not_for_holds, not_taken};
 use super::service::OperatorService;
-use super::write::HeldWrite;
+use super::write::{HeldWrite, WriteTerms};
 use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;
@@ -38,7 +38,7 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         operand: &str,
-        from_page: bool,
+        terms: WriteTerms<'_>,
     ) -> RequestResult<HeldOperand> {
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         if period > HOLD_PERIOD_MAX {
@@ -51,8 +51,7 @@ impl OperatorService {
             return Err(RequestRefusal::new(RefusalKind::Refused, message));
         }
         let asker = PeerRequest { until_ns: until_ns(asker), ..asker.clone() };
-        let HeldWrite { hold, operand, change } =
-            self.write_hold(&asker, operand, from_page).await?;
+        let HeldWrite { hold, operand, change } = self.write_hold(&asker, operand, terms).await?;
         let known = KnownHold { peer: asker.peer.clone(), operand, until_ns: asker.until_ns };
         self.holds().insert(hold.0, known);
         self.tell_end(hold);
@@ -68,7 +67,7 @@ impl OperatorService {
         let known = self.known_hold(asker, hold)?;
         let view = self.seen().1;
         let now = view.names.again(&known.operand);
-        if !now.is_some_and(|operand| view.pages_hold.contains(&operand.what)) {
+        if !now.is_some_and(|operand| view.pages.hold.contains(&operand.what)) {
             return Err(not_for_holds(&known.operand.operand));
         }
         let until_ns = until_ns(asker);

@@ -20,6 +20,7 @@ pub(super) struct LoggedOperandChange<'a> {
     peer: &'a OperatorPeer,
     operand: &'a Variable,
     was: PreviousState,
+    reason: Option<&'a str>,
 }
 
 /// The state of an operand before a change.
@@ -56,7 +57,12 @@ impl<'a> LoggedOperandChange<'a> {
         operand: &'a Variable,
         was: PreviousState,
     ) -> LoggedOperandChange<'a> {
-        LoggedOperandChange { peer, operand, was }
+        LoggedOperandChange { peer, operand, was, reason: None }
+    }
+
+    /// The same with the reason that was given.
+    pub fn because(self, reason: Option<&'a str>) -> LoggedOperandChange<'a> {
+        LoggedOperandChange { reason, ..self }
     }
 
     pub fn operand(self) -> &'a Variable {
@@ -90,6 +96,7 @@ impl<'a> LoggedOperandChange<'a> {
     /// Logs a line with these words, and with the values before and after.
     fn line(self, event: &Event, after: impl Display, words: &str) {
         let (peer, address, before) = (self.peer, &self.operand.address, self.was.value);
+        let (reason, because) = (self.reason, because(self.reason));
         say!(
             *event at Info,
             who = %peer.name,
@@ -99,9 +106,15 @@ impl<'a> LoggedOperandChange<'a> {
             %address,
             %before,
             %after,
-            "{peer} {words}"
+            reason,
+            "{peer} {words}{because}"
         );
     }
+}
+
+/// The end of a sentence with the reason of a change.
+pub(super) fn because(reason: Option<&str>) -> String {
+    reason.map_or(String::new(), |reason| format!("; reason: {reason}"))
 }
 
 impl WaitingWrite {

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use super::logged_change::{LoggedOperandChange, PreviousState, WaitingWrite};
+use super::logged_change::{LoggedOperandChange, PreviousState, WaitingWrite, because};
 use super::peer::OperatorPeer;
 use rungd_base::duration_text::period_text;
 use rungd_client::operator::operand::Variable;
@@ -35,6 +35,7 @@ impl LoggedWrite<'_> {
 pub(super) struct LoggedWrites<'a> {
     peer: &'a OperatorPeer,
     writes: Vec<LoggedWrite<'a>>,
+    reason: Option<&'a str>,
 }
 
 impl<'a> LoggedWrites<'a> {
@@ -42,7 +43,12 @@ impl<'a> LoggedWrites<'a> {
         peer: &'a OperatorPeer,
         writes: impl Iterator<Item = LoggedWrite<'a>>,
     ) -> LoggedWrites<'a> {
-        LoggedWrites { peer, writes: writes.collect() }
+        LoggedWrites { peer, writes: writes.collect(), reason: None }
+    }
+
+    /// The same with the reason that was given.
+    pub fn because(self, reason: Option<&'a str>) -> LoggedWrites<'a> {
+        LoggedWrites { reason, ..self }
     }
 
     /// The operands in a few words.
@@ -103,7 +109,7 @@ impl<'a> LoggedWrites<'a> {
     }
 
     fn of_one(&self, write: &LoggedWrite<'a>) -> LoggedOperandChange<'a> {
-        LoggedOperandChange::new(self.peer, write.operand, write.was)
+        LoggedOperandChange::new(self.peer, write.operand, write.was).because(self.reason)
     }
 
     /// Logs a line with these words, and with the values before and after.
@@ -118,6 +124,7 @@ impl<'a> LoggedWrites<'a> {
         let address = list(&|write| write.operand.address.clone());
         let before = list(&|write| write.was.value.to_string());
         let after = listed(after.iter().cloned(), after.len());
+        let (reason, because) = (self.reason, because(self.reason));
         say!(
             OPERATOR_WRITE,
             who = %peer.name,
@@ -127,7 +134,8 @@ impl<'a> LoggedWrites<'a> {
             address,
             before,
             after,
-            "{peer} {words}"
+            reason,
+            "{peer} {words}{because}"
         );
     }
 }

@@ -20,6 +20,7 @@ mod logged_writes;
 mod memory;
 mod outputs;
 mod pace;
+mod page_rights;
 mod peer;
 mod read_set;
 mod record;

@@ -10,12 +10,6 @@ use rungd_runtime::exchange::{BatchRefusal, Mode, Port};
 use rungd_runtime::hold_step::HOLDS_MAX;
 use rungd_runtime::say::say;
 
-/// A page may not write an operand.
-pub(super) fn not_for_pages(operand: &str) -> RequestRefusal {
-    let message = format!("`{operand}` cannot be written here: `[web] write` does not list it");
-    RequestRefusal::new(RefusalKind::NotPermitted, message)
-}
-
 /// No part of a panel holds an operand.
 pub(super) fn not_for_holds(operand: &str) -> RequestRefusal {
     let message = format!("`{operand}` cannot be held: no panel has a `hold` of it");

@@ -22,6 +22,7 @@ use rungd_client::operator::protocol::{
     LadderStatus, LogStatus, ModbusStatus, PROTOCOL, PostureStatus, RecordDir, RecordStatus,
     RetainStatus, ScanStatus, ShownValue, SpreadStatus,
 };
+use rungd_config::controller::web::WebSettings;
 use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
 use rungd_engine::{Cell, Layout};
 use rungd_history::record::RecordedFile;
@@ -76,17 +77,14 @@ impl StatusSources {
 pub(in super::super) struct ProgramView {
     pub names: Arc<OperandNames>,
     pub about: StatusFacts,
-    /// The operands that pages may write.
-    pub pages_write: Vec<Address>,
-    /// The operands that pages may hold.
-    pub pages_hold: Vec<Address>,
+    /// What users of pages may write and hold.
+    pub pages: Arc<WebSettings>,
 }
 
 impl ProgramView {
     pub fn new(setup: &ControllerSetup, parts: &StatusSources) -> ProgramView {
         let (names, about) = (Arc::clone(&setup.names), StatusFacts::new(setup, parts));
-        let (pages_write, pages_hold) = (setup.pages_write.clone(), setup.pages_hold.clone());
-        ProgramView { names, about, pages_write, pages_hold }
+        ProgramView { names, about, pages: Arc::clone(&setup.pages) }
     }
 
     /// The sight of the latest image.

@@ -12,10 +12,9 @@ use tokio::time::timeout;
 
 use super::logged_change::{PreviousState, WaitingWrite};
 use super::logged_writes::{LoggedWrite, LoggedWrites};
+use super::page_rights::{judge_reason, judge_right};
 use super::peer::PeerRequest;
-use super::refused::{
-    denied, no_answer, not_after_reload, not_for_holds, not_for_pages, not_taken, tell_refused,
-};
+use super::refused::{denied, no_answer, not_after_reload, not_for_holds, not_taken, tell_refused};
 use super::service::OperatorService;
 use super::set_mistakes::{NamedPlaces, SetMistakes, wrong_count};
 use super::status::ProgramView;
@@ -34,12 +33,23 @@ use rungd_runtime::hold_step::HoldStep;
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
 
+/// How a change is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WriteTerms<'a> {
+    /// Whether a page asks: then the rights of its user count.
+    pub from_page: bool,
+    /// The person for whom a program asks.
+    pub person: Option<&'a str>,
+    /// Why, as it is given.
+    pub reason: Option<&'a str>,
+}
+
 /// The writes of one change, checked.
-struct CheckedWrites {
+struct CheckedWrites<'a> {
     /// The image whose program the writes belong to.
     before: Arc<Snapshot>,
-    /// Whether a page wrote them: they are for this program only.
-    from_page: bool,
+    /// How it is asked for. The writes of a page are for this program only.
+    terms: WriteTerms<'a>,
     writes: Vec<CheckedWrite>,
     hold: Option<HoldStep>,
 }
@@ -71,12 +81,13 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         write: &GivenWrite,
-        from_page: bool,
+        terms: WriteTerms<'_>,
     ) -> RequestResult<ChangedOperand> {
+        judge_reason(terms)?;
         let (before, view) = self.seen();
-        let checked = checked(&view, &before, write, from_page)?;
+        let checked = checked(&view, &before, write, terms)?;
         let writes = vec![checked];
-        let checked = CheckedWrites { before, from_page, writes, hold: None };
+        let checked = CheckedWrites { before, terms, writes, hold: None };
         let mut changes = self.carry_out(asker, checked).await?.operands;
         changes.pop().ok_or_else(|| denied(CommandDenial::Gone))
     }
@@ -86,17 +97,17 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         operand: &str,
-        from_page: bool,
+        terms: WriteTerms<'_>,
     ) -> RequestResult<HeldWrite> {
         let (before, view) = self.seen();
         let write = GivenWrite { operand: operand.to_owned(), value: GivenValue::Bit(true) };
-        let checked = checked(&view, &before, &write, from_page)?;
+        let checked = checked(&view, &before, &write, terms)?;
         let operand = checked.operand.clone();
-        if !view.pages_hold.contains(&operand.what) {
+        if !view.pages.hold.contains(&operand.what) {
             return Err(not_for_holds(&operand.operand));
         }
         let hold = Some(HoldStep::Begin { until_ns: asker.until_ns });
-        let checked = CheckedWrites { before, from_page, writes: vec![checked], hold };
+        let checked = CheckedWrites { before, terms, writes: vec![checked], hold };
         let CarriedWrites { ticket, mut operands } = self.carry_out(asker, checked).await?;
         let change = operands.pop().ok_or_else(|| denied(CommandDenial::Gone))?;
         Ok(HeldWrite { hold: ticket, operand, change })
@@ -107,8 +118,9 @@ impl OperatorService {
         &self,
         asker: &PeerRequest,
         writes: &[GivenWrite],
-        from_page: bool,
+        terms: WriteTerms<'_>,
     ) -> RequestResult<ChangedOperands> {
+        judge_reason(terms)?;
         if !(1..=WRITES_MAX).contains(&writes.len()) {
             return Err(wrong_count(writes.len()));
         }
@@ -116,7 +128,7 @@ impl OperatorService {
         let mut checked_writes: Vec<CheckedWrite> = Vec::new();
         let (mut mistakes, mut places) = (SetMistakes::default(), NamedPlaces::default());
         for write in writes {
-            let checked = checked(&view, &before, write, from_page).and_then(|checked| {
+            let checked = checked(&view, &before, write, terms).and_then(|checked| {
                 places.add(checked.operand.cell, &write.operand).map(|()| checked)
             });
             match checked {
@@ -132,7 +144,7 @@ impl OperatorService {
         if !mistakes.is_empty() {
             return Err(mistakes.refusal(false));
         }
-        let checked = CheckedWrites { before, from_page, writes: checked_writes, hold: None };
+        let checked = CheckedWrites { before, terms, writes: checked_writes, hold: None };
         Ok(ChangedOperands { changes: self.carry_out(asker, checked).await?.operands })
     }
 
@@ -140,9 +152,10 @@ impl OperatorService {
     async fn carry_out(
         &self,
         asker: &PeerRequest,
-        checked: CheckedWrites,
+        checked: CheckedWrites<'_>,
     ) -> RequestResult<CarriedWrites> {
-        let CheckedWrites { before, from_page, writes, hold } = checked;
+        let CheckedWrites { before, terms: WriteTerms { from_page, reason, .. }, writes, hold } =
+            checked;
         let period = Duration::from_nanos(self.port.tempo().period_ns);
         let is_long = period > PERIOD_AWAITED_MAX;
         // A write whose scan is far away is answered before it: from then on it is agreed.
@@ -153,6 +166,7 @@ impl OperatorService {
         let ticket = ticket.map_err(|why| not_taken(why, &self.port))?;
         self.port.sign(Origin::Batch(ticket), asker.peer.to_string());
         let told = LoggedWrites::new(&asker.peer, writes.iter().map(CheckedWrite::logged));
+        let told = told.because(reason.map(str::trim));
         let seen = match self.taken(ticket, is_long).await? {
             WriteResult::Overtaken if from_page => return Err(not_after_reload(&told.what())),
             WriteResult::Overtaken => None,
@@ -239,13 +253,13 @@ fn checked(
     view: &ProgramView,
     before: &Snapshot,
     write: &GivenWrite,
-    from_page: bool,
+    terms: WriteTerms<'_>,
 ) -> RequestResult<CheckedWrite> {
     let text = &write.operand;
     let operand = view.names.find_one(text)?;
     // The list of the image's program, so that no page writes by a list of before a reload.
-    if from_page && !view.pages_write.contains(&operand.what) {
-        return Err(not_for_pages(text));
+    if terms.from_page {
+        judge_right(&view.pages, &operand, terms)?;
     }
     operand.may_write()?;
     let value = view.names.number(&operand, &write.value)?;

@@ -15,6 +15,7 @@ use crate::daemon::systemd::fault_too_late;
 use rungd_base::duration_text::{duration_text, period_text};
 use rungd_base::progress::Progress;
 use rungd_config::controller::device::Device;
+use rungd_config::controller::web::WebOperand;
 use rungd_engine::Engine;
 use rungd_engine::isa::Address;
 use rungd_io::modbus::settings::ModbusServerSettings;
@@ -146,7 +147,10 @@ fn nanoseconds(time: Duration) -> u64 {
 
 /// The operands that pages may write from now on, and those that they may not write any more.
 fn pages(old: &ControllerSetup, new: &ControllerSetup) -> Vec<String> {
-    let (was, is) = (&old.pages_write, &new.pages_write);
+    let listed = |setup: &ControllerSetup| -> Vec<Address> {
+        setup.pages.write.iter().map(|operand| operand.address).collect()
+    };
+    let (was, is) = (&listed(old), &listed(new));
     let lacking = |from: &[Address], operands: &[Address], setup: &ControllerSetup| {
         let names = from.iter().filter(|address| !operands.contains(address));
         names.map(|address| setup.symbols.names.say(*address)).collect::<Vec<_>>()
@@ -162,6 +166,18 @@ fn pages(old: &ControllerSetup, new: &ControllerSetup) -> Vec<String> {
             lines.push(format!("`[web] write`: pages {what} {shown}{more}"));
         }
     }
+    let other = |operand: &&WebOperand| {
+        let before = old.pages.needed(operand.address);
+        before.is_some_and(|role| role != operand.role)
+    };
+    lines.extend(new.pages.write.iter().filter(other).take(NAMES_MAX).map(|operand| {
+        format!("`[web] write`: {} is for the role `{}`", operand.name, operand.role.word())
+    }));
+    lines.extend(
+        new.pages.users.changes(&old.pages.users).into_iter().take(NAMES_MAX).map(
+            |(user, was, is)| format!("the role of user {user}: {} → {}", was.word(), is.word()),
+        ),
+    );
     lines
 }
 

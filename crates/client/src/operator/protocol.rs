@@ -75,9 +75,12 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         for_user: Option<String>,
         /// The write comes from a page: it is refused unless `[web] write` of the running
-        /// controller file lists the operand.
+        /// controller file lists the operand for the role of the person.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         from_page: bool,
+        /// Why: a line of at most [`REASON_CHARS_MAX`] characters, for the log.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reason: Option<String>,
     },
     /// Writes bits and words before one scan, in RUN, all of them or none: [`ChangedOperands`].
     WriteSet {
@@ -89,6 +92,9 @@ pub enum Request {
         /// The writes come from a page, as that of a `write`.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         from_page: bool,
+        /// Why, as that of a `write`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reason: Option<String>,
     },
     /// The values that a `write-set` can write back: [`WritableValues`].
     ReadSet {

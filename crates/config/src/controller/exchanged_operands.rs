@@ -18,7 +18,7 @@ impl Controller {
         let of_devices = self.devices.iter().flat_map(|device| &device.inputs);
         let moved = of_devices.map(|input| input.address);
         let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
-        let moved = moved.chain(self.web.write.iter().map(|(_, address)| *address));
+        let moved = moved.chain(self.web.write.iter().map(|operand| operand.address));
         let is_row = |input: &DeviceInput| !input.is_of_part && is_x(input.address);
         let moves_x = |device: &&Device| device.inputs.iter().any(is_row);
         let (mut listed, mut image) = (NumberRanges::default(), Vec::new());

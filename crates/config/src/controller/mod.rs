@@ -28,6 +28,7 @@ pub mod side_ladder;
 mod simulated_device;
 pub mod simulated_side;
 pub mod test_settings;
+pub mod user;
 pub mod watch;
 pub mod web;
 mod wired;

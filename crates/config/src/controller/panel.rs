@@ -52,6 +52,8 @@ pub struct Widget {
     pub decimals: Option<u8>,
     /// The colour of a lamp that is ON.
     pub color: Option<LampColor>,
+    /// Whether a write asks for a reason, which is logged.
+    pub reason: bool,
 }
 
 /// The colour of a lamp that is ON: green if none is given.
@@ -210,22 +212,23 @@ impl WidgetKind {
     /// Whether its parts may have a key of [`EXTRAS`].
     fn takes(self, extra: &str) -> bool {
         match self {
-            WidgetKind::Hold | WidgetKind::Alarms | WidgetKind::Recipe | WidgetKind::Mimic => false,
+            WidgetKind::Hold | WidgetKind::Alarms | WidgetKind::Mimic => false,
+            WidgetKind::Recipe => extra == REASON,
             WidgetKind::Lamp => extra == COLOR,
-            WidgetKind::Button => extra == CONFIRM,
-            WidgetKind::Value | WidgetKind::Bar | WidgetKind::Trend => {
-                extra == UNIT || extra == DECIMALS
-            }
+            WidgetKind::Button => extra == CONFIRM || extra == REASON,
+            WidgetKind::Value => extra == UNIT || extra == DECIMALS || extra == REASON,
+            WidgetKind::Bar | WidgetKind::Trend => extra == UNIT || extra == DECIMALS,
         }
     }
 }
 
 /// The keys of a part that some kinds take alone.
-const EXTRAS: [&str; 4] = [COLOR, CONFIRM, UNIT, DECIMALS];
+const EXTRAS: [&str; 5] = [COLOR, CONFIRM, UNIT, DECIMALS, REASON];
 const COLOR: &str = "color";
 const CONFIRM: &str = "confirm";
 const UNIT: &str = "unit";
 const DECIMALS: &str = "decimals";
+const REASON: &str = "reason";
 
 /// The schema's condition on a widget: one kind, and the ends of a bar.
 const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
@@ -261,6 +264,8 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     let decimals = "The decimal places of the number: of a whole number 235, one shows 23.5.";
     let decimals = table.whole(key(DECIMALS, decimals), DECIMALS_RANGE);
     let color = table.value_of(key(COLOR, "The colour of a lamp that is ON."), &COLORS);
+    let reason = "Whether a write asks for a reason, which the log has; false if not given.";
+    let reason = table.boolean(key(REASON, reason)).is_some_and(|given| given.value);
     let ends = read_ends(&mut table);
     let judged = the_kind(&table, &shows).and_then(|(kind, shown)| {
         refuse_extras(&table, kind)?;
@@ -277,6 +282,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
         unit: unit.map(|unit| unit.text),
         decimals: decimals.map(|decimals| decimals.value),
         color,
+        reason,
     };
     Some((widget, shown))
 }

@@ -1,7 +1,7 @@
-//! `[web]` and `[[panel]]`: the operands that a signed-in user of `rungd web` may write, and the
-//! panels that the owner of the controller lays out. The daemon uses the first list alone: `rungd
-//! web` reads the panels from the controller file of the running program. `panel` reads the parts
-//! of a panel.
+//! `[web]` and `[[panel]]`: the operands that users of `rungd web` may write, and the panels that
+//! the owner of the controller lays out. The daemon uses the rights alone: `rungd web` reads the
+//! panels from the controller file of the running program. `panel` reads the parts of a panel,
+//! `user` the roles of users.
 
 use std::collections::{HashMap, HashSet};
 
@@ -9,6 +9,7 @@ use super::panel::{
     ALL_ALARMS, Panel, Widget, WidgetKind, WrittenPanel, is_drawing_name, read_panel,
 };
 use super::resolver::SettingsResolver;
+use super::user::{self, WebRole, WebUsers, WrittenUser};
 use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, NumberRange, NumberRanges, Space};
 use rungd_language::resolve::scope::{NamedThing, Scope};
@@ -19,6 +20,7 @@ use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
+use rungd_language::source::value_kind::Millis;
 use rungd_runtime::exchange::BATCH_WRITES_MAX;
 use rungd_runtime::hold_step::HOLD_PERIOD_MAX;
 
@@ -27,6 +29,12 @@ use rungd_runtime::hold_step::HOLD_PERIOD_MAX;
 pub struct WrittenWeb {
     /// `[web] write`.
     write: Vec<Text>,
+    /// `[web] write-service`.
+    write_service: Vec<Text>,
+    /// `[web] sign-out`, ms.
+    sign_out_ms: Option<u32>,
+    /// `[[user]]`, in file order.
+    users: Vec<WrittenUser>,
     /// `[[panel]]`, in file order.
     panels: Vec<WrittenPanel>,
 }
@@ -34,12 +42,43 @@ pub struct WrittenWeb {
 /// The operands that `rungd web` may write, and its panels.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WebSettings {
-    /// The operands that a signed-in user may write: the name in the file, and the address.
-    pub write: Vec<(String, Address)>,
-    /// The bits that a signed-in user may hold ON: those of `hold` in a panel.
+    /// The operands that users may write.
+    pub write: Vec<WebOperand>,
+    /// The role that a user needs to write each of them.
+    needs: HashMap<Address, WebRole>,
+    /// The bits that a user may hold ON: those of `hold` in a panel.
     pub hold: Vec<Address>,
+    /// The operands that are written with a reason alone: those of parts with `reason`.
+    reasons: HashSet<Address>,
+    /// The roles of users.
+    pub users: WebUsers,
+    /// A user who does nothing for this time may only look until the next sign-in, ms.
+    pub sign_out_ms: Option<u32>,
     /// The panels, in file order.
     pub panels: Vec<Panel>,
+}
+
+/// An operand that users may write.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct WebOperand {
+    /// Its name in the file.
+    pub name: String,
+    /// Its address.
+    pub address: Address,
+    /// The role that a user needs.
+    pub role: WebRole,
+}
+
+impl WebSettings {
+    /// The role that a user needs to write an operand; `None`: nobody may.
+    pub fn needed(&self, address: Address) -> Option<WebRole> {
+        self.needs.get(&address).copied()
+    }
+
+    /// Whether an operand is written with a reason alone.
+    pub fn wants_reason(&self, address: Address) -> bool {
+        self.reasons.contains(&address)
+    }
 }
 
 /// What the parts of panels depend on beside names.
@@ -61,11 +100,17 @@ pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
     let explained = key("web", "What people at `rungd web` may do.");
     if let Some(mut table) = root.table(explained, "`[web]`") {
         web.write =
-            table.texts(key("write", "The bits and words that a signed-in user may write."));
+            table.texts(key("write", "The bits and words that a user who operates may write."));
+        let service = "The bits and words that only a user with the role `service` may write.";
+        web.write_service = table.texts(key("write-service", service));
+        let sign_out = "Who does nothing for this time may only look until the next sign-in; never \
+                        if not given.";
+        web.sign_out_ms = table.value_of(key("sign-out", sign_out), &Millis::some("5m"));
         table.finish();
     }
     let explained = key("panel", "A page of `rungd web` for people at the machine.");
     web.panels = root.tables(explained, "a panel").into_iter().map(read_panel).collect();
+    web.users = user::read_in(root);
     web
 }
 
@@ -75,11 +120,13 @@ pub(super) fn resolve(
     terms: &PanelTerms<'_>,
     resolver: &mut SettingsResolver<'_>,
 ) -> WebSettings {
-    let write = resolve_write(&written.write, resolver);
-    let writable: HashSet<Address> = write.iter().map(|(_, address)| *address).collect();
-    let mut web = WebSettings { write, ..WebSettings::default() };
+    let (write, needs) = rights(written, resolver);
+    let users = user::resolve(&written.users, &mut resolver.findings);
+    let sign_out_ms = written.sign_out_ms;
+    let mut web = WebSettings { write, users, sign_out_ms, ..WebSettings::default() };
     let progress = resolver.progress;
-    let mut parts = PartResolver { terms, writable, hold: Vec::new(), resolver };
+    let (hold, reasons) = (Vec::new(), HashSet::new());
+    let mut parts = PartResolver { terms, needs, hold, reasons, resolver };
     let mut firsts: HashMap<&str, Span> = HashMap::new();
     for panel in progress.during(&written.panels) {
         let Some(name) = &panel.name else { continue };
@@ -95,40 +142,65 @@ pub(super) fn resolve(
         let show = shown.map(|(widget, _)| widget.clone()).collect();
         web.panels.push(Panel { name: name.text.clone(), show });
     }
-    web.hold = parts.hold;
+    (web.hold, web.reasons, web.needs) = (parts.hold, parts.reasons, parts.needs);
     web
 }
 
-/// The operands of `[web] write`, each with its name: records and arrays as their elements.
-fn resolve_write(written: &[Text], resolver: &mut SettingsResolver<'_>) -> Vec<(String, Address)> {
-    let mut write = Vec::new();
-    for text in resolver.progress.during(written) {
-        let many = elements(text, resolver.scope);
-        if many.as_ref().is_some_and(|many| many.len() > ELEMENTS_MAX) {
-            let help = "list the elements, the records or the fields that pages need";
-            too_many(text, help, resolver);
-            continue;
+/// The operands of `[web] write` and `write-service`, and the role that each needs.
+fn rights(
+    written: &WrittenWeb,
+    resolver: &mut SettingsResolver<'_>,
+) -> (Vec<WebOperand>, HashMap<Address, WebRole>) {
+    let (mut write, mut needs) = (Vec::new(), HashMap::new());
+    for (texts, role) in
+        [(&written.write, WebRole::Operate), (&written.write_service, WebRole::Service)]
+    {
+        for text in resolver.progress.during(texts) {
+            for (name, address) in resolve_write(text, resolver) {
+                if *needs.entry(address).or_insert(role) == role {
+                    write.push(WebOperand { name, address, role });
+                    continue;
+                }
+                let message = format!("`{name}` is in `write` too: who operates may write it");
+                let finding = Finding::new(Code::Controller, text.span, message);
+                resolver.findings.push(finding.help("list it once").or_omit());
+                break;
+            }
         }
-        let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
-        let named = many.or_else(one).unwrap_or_default();
-        if let Some((name, _)) = named.iter().find(|(_, address)| !may_write(*address)) {
-            let message = format!("`{name}` cannot be written from outside");
-            let finding = Finding::new(Code::Controller, text.span, message);
-            let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
-            resolver.findings.push(finding.help(help).or_omit());
-        }
-        write.extend(named.into_iter().take_while(|(_, address)| may_write(*address)));
     }
-    write
+    (write, needs)
+}
+
+/// The operands that a text of `[web] write` means, each with its name: a record and an array as
+/// their elements.
+fn resolve_write(text: &Text, resolver: &mut SettingsResolver<'_>) -> Vec<(String, Address)> {
+    let many = elements(text, resolver.scope);
+    if many.as_ref().is_some_and(|many| many.len() > ELEMENTS_MAX) {
+        let help = "list the elements, the records or the fields that pages need";
+        too_many(text, help, resolver);
+        return Vec::new();
+    }
+    let one = || Some(vec![(text.text.trim().to_owned(), operand(text, resolver)?)]);
+    let mut named = many.or_else(one).unwrap_or_default();
+    if let Some(at) = named.iter().position(|(_, address)| !may_write(*address)) {
+        let message = format!("`{}` cannot be written from outside", named[at].0);
+        let finding = Finding::new(Code::Controller, text.span, message);
+        let help = "list inputs, data, relays, presets and accumulators: see docs/operator.md";
+        resolver.findings.push(finding.help(help).or_omit());
+        named.truncate(at);
+    }
+    named
 }
 
 /// Judges the parts of panels, with a finding for each that cannot be shown.
 struct PartResolver<'a, 'r, 's> {
     terms: &'a PanelTerms<'a>,
-    /// What `[web] write` lists.
-    writable: HashSet<Address>,
+    /// What `[web] write` and `write-service` list.
+    needs: HashMap<Address, WebRole>,
     /// The bits of `hold` so far.
     hold: Vec<Address>,
+    /// The operands of parts with `reason` so far.
+    reasons: HashSet<Address>,
     resolver: &'r mut SettingsResolver<'s>,
 }
 
@@ -138,11 +210,12 @@ impl PartResolver<'_, '_, '_> {
         match widget.kind {
             WidgetKind::Alarms => is_group(text, self.terms, self.resolver),
             WidgetKind::Mimic => is_drawing(text, self.resolver),
-            WidgetKind::Recipe => is_recipe(text, self.resolver),
+            WidgetKind::Recipe => self.is_recipe_part(widget, text),
             WidgetKind::Lamp | WidgetKind::Button | WidgetKind::Hold => {
                 self.is_bit_part(widget, text)
             }
-            WidgetKind::Value | WidgetKind::Trend => operand(text, self.resolver).is_some(),
+            WidgetKind::Value => self.is_value(widget, text),
+            WidgetKind::Trend => operand(text, self.resolver).is_some(),
             WidgetKind::Bar => self.is_bar(widget, text),
         }
     }
@@ -157,7 +230,7 @@ impl PartResolver<'_, '_, '_> {
             return self.refuse(text, format!("`{name}` is not a bit"), help);
         }
         let presses = matches!(widget.kind, WidgetKind::Button | WidgetKind::Hold);
-        if presses && !self.writable.contains(&address) {
+        if presses && !self.needs.contains_key(&address) {
             let message = format!("nobody may write `{name}`: this button would do nothing");
             let list = FixEdit::Under { table: "web", pair: format!("write = [\"{name}\"]") };
             let help = Help::from(format!("list it: `[web]` with `write = [\"{name}\"]`"));
@@ -168,6 +241,26 @@ impl PartResolver<'_, '_, '_> {
                 return false;
             }
             self.hold.push(address);
+        }
+        self.reasons.extend(widget.reason.then_some(address));
+        true
+    }
+
+    /// Whether a value has an operand.
+    fn is_value(&mut self, widget: &Widget, text: &Text) -> bool {
+        let Some(address) = operand(text, self.resolver) else { return false };
+        self.reasons.extend(widget.reason.then_some(address));
+        true
+    }
+
+    /// Whether a recipe has a record or an array.
+    fn is_recipe_part(&mut self, widget: &Widget, text: &Text) -> bool {
+        if !is_recipe(text, self.resolver) {
+            return false;
+        }
+        if widget.reason {
+            let all = elements(text, self.resolver.scope).unwrap_or_default();
+            self.reasons.extend(all.into_iter().map(|(_, address)| address));
         }
         true
     }

@@ -278,7 +278,7 @@ impl LogWorker {
                 .say(LineSubject::OldWrite, &format!("{line}, and is refused: {why}"));
         }
         let for_user = Some(COMMANDER.to_owned());
-        let request = Request::Write { operand, value, for_user, from_page: false };
+        let request = Request::Write { operand, value, for_user, from_page: false, reason: None };
         match self.poller.controller().and_then(|controller| controller.ask::<Value>(&request)) {
             Ok(_) => self.lines.say(LineSubject::Write, &line),
             Err(failure @ CallFailure::Broken(..)) => {

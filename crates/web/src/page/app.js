@@ -414,7 +414,7 @@ function stateOf(alarm) {
 }
 
 function ackButton(alarm) {
-  if (alarm.state === "acknowledged" || alarm.shelved || !state.session.user) return null;
+  if (alarm.state === "acknowledged" || alarm.shelved || state.session.role === "view") return null;
   const said = h("span", { role: "status", class: "error" });
   return h("span", {}, h("button", { onclick: async () => {
     try {
@@ -787,8 +787,10 @@ function writer(name, label) {
 }
 
 async function write(name, value, said) {
+  const reason = await reasonFor(name, name);
+  if (reason === null) return;
   try {
-    const change = await post("/api/write", { operand: name, value });
+    const change = await post("/api/write", { operand: name, value, reason });
     said.className = "soft";
     said.textContent = "now " + textOf(name, ofAnswer(change.now)) + (change.note ? "; " + change.note : "");
   } catch (error) { said.className = "error"; said.textContent = error.message; }
@@ -868,12 +870,42 @@ function tabs(current) {
   const user = state.session.user;
   $("tabs").replaceChildren(...shown.map(([key, label]) => h("li", {},
     h("a", { href: "#" + key, "aria-current": key === current ? "page" : false }, label))),
-  user ? h("li", {}, h("button", { class: "plain", onclick: async () => { await post("/api/logout", {}); location.reload(); } },
-    "Sign out " + user)) : "");
+  user ? h("li", {}, state.session.signed_out
+    ? h("button", { class: "plain", onclick: () => signIn("sign in", user) }, "Sign in")
+    : h("button", { class: "plain", onclick: async () => { await post("/api/logout", {}); location.reload(); } },
+      `Sign out ${user} (${state.session.role})`)) : "");
 }
 
-function signIn(why) {
-  const user = h("input", { autocomplete: "username", required: true });
+// --- Signing out by itself -----------------------------------------------------------------------
+
+// When a person last did something here, and when the server was last told so, ms.
+let acted = Date.now(), told = Date.now();
+
+function act() {
+  acted = Date.now();
+  const max = state.session && state.session.sign_out_ms;
+  if (!max || state.session.signed_out || acted - told < max / 10) return;
+  told = acted;
+  post("/api/stay", {}).catch(() => { /* the next one tells it */ });
+}
+
+// Nobody has done anything for the time of `sign-out`: the server says whether that ends the rights.
+async function lookIdle() {
+  const session = state.session, max = session && session.sign_out_ms;
+  if (!max || !session.user || session.signed_out || Date.now() - acted < max) return;
+  // A second page of this browser may have been in use: asked again in a while.
+  acted = Date.now() - max + Math.min(max, 5000);
+  try {
+    state.session = await get("/api/session");
+    if (state.session.signed_out) open();
+  } catch { /* the link says it */ }
+}
+
+// The form for a name and a password or PIN. After signing in, the page that was open is shown again.
+function signIn(why, name) {
+  if (page && page.leave) page.leave();
+  page = null;
+  const user = h("input", { autocomplete: "username", required: true, value: name });
   const password = h("input", { type: "password", autocomplete: "current-password", required: true });
   const said = h("p", { class: "error", role: "alert" });
   $("content").replaceChildren(why === "sign in" ? h("form", { class: "sign", onsubmit: async (event) => {
@@ -881,12 +913,14 @@ function signIn(why) {
     said.textContent = "";
     try { await post("/api/login", { user: user.value, password: password.value }); location.reload(); }
     catch (error) { said.textContent = error.message; }
-  } }, h("h2", {}, "Sign in"), h("label", {}, "User ", user), h("label", {}, "Password ", password),
+  } }, h("h2", {}, "Sign in"), h("label", {}, "User ", user), h("label", {}, "Password or PIN ", password),
   h("button", {}, "Sign in"), said) : h("p", {}, why));
 }
 
 $("skip").addEventListener("click", (event) => { event.preventDefault(); $("content").focus(); });
 window.addEventListener("hashchange", () => { $("why").hidden = true; window.scrollTo(0, 0); open(); });
+for (const input of ["pointerdown", "keydown"]) document.addEventListener(input, act, { capture: true, passive: true });
+setInterval(lookIdle, 1000);
 document.addEventListener("keydown", (event) => {
   if (event.key === "Escape") closeWhy();
   if (state.hold && !/INPUT|CANVAS/.test(event.target.tagName)) {

@@ -158,7 +158,9 @@ function trendPart(part, label) {
 // Why a part cannot be operated; empty: it can.
 function whyNot(name) {
   if (state.session.write.includes(name)) return "";
-  return state.session.user ? "`[web] write` does not list it" : "for users who have signed in";
+  if (!state.session.user) return "for users who have signed in";
+  if (state.session.signed_out) return "signed out: sign in again";
+  return "`[web] write` does not list it for the role " + state.session.role;
 }
 
 // A button whose press writes ON once. The ladder takes the command by turning the bit OFF.
@@ -169,10 +171,12 @@ function commandPart(part, label) {
   const taken = () => { waits = null; tell(said, "taken, " + clockOf(Date.now()), "taken"); };
   const send = async () => {
     if (part.confirm && !await confirmed(part.confirm, label)) return;
+    const reason = await reasonFor(name, label);
+    if (reason === null) return;
     waits = null;
     tell(said, "…", "soft");
     try {
-      const change = await post("/api/write", { operand: name, value: true });
+      const change = await post("/api/write", { operand: name, value: true, reason });
       if (change.taken) taken();
       else if (change.now.value === true) { waits = change.at_ms; tell(said, "ON: waits for the ladder", "soft"); }
       else {
@@ -267,6 +271,26 @@ function confirmed(question, yes) {
   });
 }
 
+// The reason of a write, if the operand wants one: undefined if it wants none, null if none is given.
+function reasonFor(name, label) {
+  return state.session.reasons.includes(name) ? askReason(`${label}: why?`) : Promise.resolve(undefined);
+}
+
+function askReason(question) {
+  return new Promise((answer) => {
+    const field = h("input", { maxlength: "200", required: true, autofocus: true, autocomplete: "off", "aria-label": question });
+    const dialog = h("dialog", { class: "ask", "aria-label": question });
+    let given = null;
+    dialog.append(h("form", { onsubmit: (event) => {
+      event.preventDefault();
+      given = field.value.trim() || null;
+      dialog.close();
+    } }, h("p", {}, question), field, h("div", { class: "tools" }, h("button", { class: "big" }, "OK"),
+      h("button", { class: "big", type: "button", onclick: () => dialog.close() }, "Cancel"))));
+    openDialog(dialog, () => answer(given));
+  });
+}
+
 // Shows a dialog, and removes it when it is closed.
 function openDialog(dialog, closed) {
   dialog.addEventListener("close", () => { dialog.remove(); closed(); });
@@ -283,9 +307,11 @@ function valuePart(part, label) {
   const shown = shownValue(part), said = h("p", { role: "status", class: "soft" });
   const name = part.operand;
   const send = async (value) => {
+    const reason = await reasonFor(name, label);
+    if (reason === null) return;
     tell(said, "…", "soft");
     try {
-      const change = await post("/api/write", { operand: name, value });
+      const change = await post("/api/write", { operand: name, value, reason });
       tell(said, "now " + partText(part, ofAnswer(change.now)) + (change.note ? "; " + change.note : ""), "soft");
     } catch (error) { tell(said, error.message, "error"); }
   };

@@ -10,7 +10,8 @@ function cellOf(recipe, operand) {
 
 function recipePart(part, label) {
   const said = h("p", { role: "status", class: "soft" }), place = h("div", { class: "scroll" }), tools = h("div", { class: "tools" });
-  const may = part.write && state.session.user;
+  const ofRecipe = (name) => name.startsWith(part.operand) && ".[".includes(name[part.operand.length] || "-");
+  const may = part.write && state.session.write.some(ofRecipe);
   // The values of the controller, the changes that are not written, and the reasons of refused ones.
   let values = [], file = "", changes = new Map(), mistakes = new Map();
   const chosen = h("input", { type: "file", accept: ".toml,text/plain", class: "skip", tabindex: "-1", "aria-hidden": "true", onchange: () => load() });
@@ -40,11 +41,12 @@ function recipePart(part, label) {
     if (value !== null) change(of, value);
   }
   async function write() {
-    if (!await confirmed(`Write ${changes.size} values of ${label}?`, "Write")) return;
+    const reason = part.reason ? await askReason(`Write ${changes.size} values of ${label}: why?`) : undefined;
+    if (reason === null || !part.reason && !await confirmed(`Write ${changes.size} values of ${label}?`, "Write")) return;
     tell(said, "…", "soft");
     const writes = [...changes].map(([operand, value]) => ({ operand, value }));
     try {
-      await post("/api/recipe", { operand: part.operand, writes });
+      await post("/api/recipe", { operand: part.operand, writes, reason });
       changes = new Map(); mistakes = new Map();
       tell(said, `written as one change, ${clockOf(Date.now())}`, "taken");
       refresh();
