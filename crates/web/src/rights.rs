@@ -70,7 +70,9 @@ mod tests {
         let (mut sessions, begun) = (WebSessions::default(), Instant::now());
         let user = SignedIn { name: "anna".to_owned(), hash: "hash".to_owned() };
         let cookie = sessions.begin(Some(user.clone()), begun);
-        let settings = WebSettings { sign_out_ms: Some(300_000), ..WebSettings::default() };
+        let without = WebSettings::default();
+        let mut settings = without.clone();
+        settings.sign_out_ms = Some(300_000);
         let minutes = |count: u64| begun + Duration::from_secs(60 * count);
         let rights = |sessions: &WebSessions, at: Instant| {
             let session = sessions.peek(&cookie, at).expect("it goes on");
@@ -85,8 +87,7 @@ mod tests {
         sessions.of(&cookie, minutes(9));
         assert_eq!(rights(&sessions, minutes(10)), (WebRole::View, false));
         let never = sessions.peek(&cookie, minutes(400)).expect("it goes on");
-        let settings = WebSettings::default();
-        let rights = SessionRights::of(&never, Some(&settings), minutes(400));
+        let rights = SessionRights::of(&never, Some(&without), minutes(400));
         assert_eq!(rights.role, WebRole::Operate, "without `sign-out`");
     }
 
