@@ -6,10 +6,10 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::page_rights::WriteTerms;
 use super::peer::PeerRequest;
 use super::refused::tell_refused;
 use super::service::OperatorService;
-use super::write::WriteTerms;
 use crate::daemon::alarm_book::Acknowledgement;
 use rungd_client::operator::protocol::{
     AckedAlarm, GivenValue, GivenWrite, RequestRefusal, WRITES_MAX,

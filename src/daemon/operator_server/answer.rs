@@ -8,11 +8,11 @@ use std::sync::Arc;
 use serde::Serialize;
 
 use super::memory;
+use super::page_rights::WriteTerms;
 use super::peer::PeerRequest;
 use super::record;
 use super::service::{OperatorService, log_level};
 use super::shelves::ShelveRequest;
-use super::write::WriteTerms;
 use crate::daemon::reload::Caller;
 use rungd_client::operator::protocol::{GivenWrite, NameList, Reply, Request, RequestResult};
 

@@ -13,10 +13,11 @@ use tokio::time::{sleep, timeout};
 
 use super::known_hold::KnownHold;
 use super::logged_change::{LoggedOperandChange, PreviousState};
+use super::page_rights::WriteTerms;
 use super::peer::PeerRequest;
 use super::refused::{not_for_holds, not_taken};
 use super::service::OperatorService;
-use super::write::{HeldWrite, WriteTerms};
+use super::write::HeldWrite;
 use rungd_base::duration_text::duration_text;
 use rungd_base::locked::locked;
 use rungd_client::operator::deadline;

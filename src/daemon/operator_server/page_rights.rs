@@ -1,14 +1,24 @@
 //! The rights of users of pages: what the role of each may write, and with which reason.
 //!
-//! Called by `write` for each operand of a change. `rungd web` judges by the same settings before;
+//! Called by `write` for each operand of a change, with the terms that `answer` reads. `rungd web` judges by the same settings before;
 //! here counts the controller file of the program that executes.
 
-use super::write::WriteTerms;
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
     REASON_CHARS_MAX, RefusalKind, RequestRefusal, RequestResult, is_reason,
 };
 use rungd_config::controller::web::WebSettings;
+
+/// How a change is asked for.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct WriteTerms<'a> {
+    /// Whether a page asks: then the rights of its user count.
+    pub from_page: bool,
+    /// The person for whom a program asks.
+    pub person: Option<&'a str>,
+    /// Why, as it is given.
+    pub reason: Option<&'a str>,
+}
 
 /// Judges a write of a page.
 ///

@@ -12,7 +12,7 @@ use tokio::time::timeout;
 
 use super::logged_change::{PreviousState, WaitingWrite};
 use super::logged_writes::{LoggedWrite, LoggedWrites};
-use super::page_rights::{judge_reason, judge_right};
+use super::page_rights::{WriteTerms, judge_reason, judge_right};
 use super::peer::PeerRequest;
 use super::refused::{denied, no_answer, not_after_reload, not_for_holds, not_taken, tell_refused};
 use super::service::OperatorService;
@@ -32,17 +32,6 @@ use rungd_runtime::hold_step::HoldStep;
 
 /// The longest period at which a write is answered only after the scan that sees it.
 const PERIOD_AWAITED_MAX: Duration = Duration::from_secs(1);
-
-/// How a change is asked for.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct WriteTerms<'a> {
-    /// Whether a page asks: then the rights of its user count.
-    pub from_page: bool,
-    /// The person for whom a program asks.
-    pub person: Option<&'a str>,
-    /// Why, as it is given.
-    pub reason: Option<&'a str>,
-}
 
 /// The writes of one change, checked.
 struct CheckedWrites<'a> {
