@@ -1,7 +1,8 @@
 //! The rights of users of pages: what the role of each may write, and with which reason.
 //!
-//! Called by `write` for each operand of a change, with the terms that `answer` reads. `rungd web` judges by the same settings before;
-//! here counts the controller file of the program that executes.
+//! Called by `write` for each operand of a change, with the terms that `answer` reads. `rungd web`
+//! judges by the same settings before; here counts the controller file of the program that
+//! executes.
 
 use rungd_client::operator::operand::Variable;
 use rungd_client::operator::protocol::{
