@@ -12,7 +12,7 @@ use super::press::press;
 use super::recipe;
 use super::reply::{WebResult, bad, json_answer};
 use super::routes::PageChange;
-use super::sender::{Visitor, listed_operand, sent};
+use super::sender::{Visitor, listed_operand, reason, sent};
 use super::site::WebSite;
 use super::views::OPERAND_BYTES_MAX;
 use rungd_base::wall_clock;
@@ -37,11 +37,6 @@ pub(super) async fn change(
         // Noted by `route`, which also ends sessions.
         PageChange::Stay | PageChange::Logout => Ok(json_answer(&json!({}))),
     }
-}
-
-/// The reason that a page gives for a change.
-pub(super) fn reason(said: &Value) -> Option<String> {
-    said["reason"].as_str().map(str::to_owned)
 }
 
 async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value) -> WebResult {

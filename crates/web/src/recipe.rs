@@ -10,12 +10,11 @@ use std::sync::Arc;
 use hyper::StatusCode;
 use serde_json::{Value, json};
 
-use super::changes::reason;
 use super::journal::say;
 use super::panels::{is_part_of, shows, takes, word};
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::sender::{ChangeFailure, Visitor, sent};
+use super::sender::{ChangeFailure, Visitor, reason, sent};
 use super::site::WebSite;
 use super::views::{asked, operand, viewed};
 use rungd_client::live::LiveProgram;

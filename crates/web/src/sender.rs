@@ -48,6 +48,11 @@ pub(super) async fn listed_operand(
     Ok(found.name.clone())
 }
 
+/// The reason that a page gives for a change.
+pub(super) fn reason(said: &Value) -> Option<String> {
+    said["reason"].as_str().map(str::to_owned)
+}
+
 /// Sends a change to the controller, if its browser still waits and its session goes on; few at a
 /// time.
 pub(super) async fn sent(
