@@ -327,6 +327,7 @@ impl LadderBody<'_, '_> {
         let pin = &block.outputs[output.pin];
         if let Some(name) = &block.instance {
             if pin.name == "ENO" {
+                self.certain_enable(block)?;
                 let condition = RungCondition::Constant(true);
                 return Ok(BlockValue::Power { condition, at: self.steps.len() });
             }

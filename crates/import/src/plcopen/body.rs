@@ -90,6 +90,16 @@ pub(super) struct TimedEdge {
     pub(super) at: usize,
 }
 
+/// The condition of a transition, as a pass finds it.
+#[derive(Clone, Debug)]
+pub(super) struct JudgedCondition {
+    pub(super) condition: RungCondition,
+    /// Whether it reads which steps are active.
+    pub(super) reads_steps: bool,
+    /// Its network.
+    pub(super) network: usize,
+}
+
 /// The value of an output of a block.
 #[derive(Clone, Debug)]
 pub(super) enum BlockValue {
@@ -134,6 +144,11 @@ pub(super) struct LadderBody<'m, 'g> {
     pub(super) own: &'g mut BodyMemo,
     pub(super) prefix: &'g str,
     pub(super) depth: usize,
+    /// Whether the conditions of transitions are found; what leads to them acts behind that.
+    pub(super) is_judging: bool,
+    pub(super) reads_steps: bool,
+    /// The conditions of transitions, by their elements.
+    pub(super) conditions: HashMap<usize, RungCondition>,
 }
 
 /// Whether an element could act; or why not.
@@ -179,6 +194,10 @@ pub(super) struct TranslatedBody {
     pub(super) outcomes: Vec<RungOutcome>,
     /// Subroutines that it calls.
     pub(super) blocks: Vec<ProjectBlock>,
+    /// Of a chart: the rungs that its conditions need, and the stubs.
+    pub(super) heads: Vec<ProjectRung>,
+    /// Of a chart: the conditions of its transitions, by their elements.
+    pub(super) conditions: HashMap<usize, JudgedCondition>,
 }
 
 /// Where a body stands.
@@ -201,12 +220,23 @@ pub(super) struct Pass {
     pub(super) blocks: Vec<ProjectBlock>,
     pub(super) driven: HashSet<String>,
     pub(super) differences: Vec<BTreeSet<String>>,
+    pub(super) conditions: HashMap<usize, JudgedCondition>,
 }
 
 /// What a network does in one go.
 pub(super) struct NetworkTurn {
     pub(super) network: usize,
+    /// Whether it is a part of the judgement of transitions.
+    pub(super) is_head: bool,
     pub(super) steps: Vec<RungStep>,
+}
+
+/// What a pass makes.
+struct Made<'n> {
+    differences: Vec<BTreeSet<String>>,
+    turns: Vec<NetworkTurn>,
+    /// The network of each element.
+    network_of: &'n [Option<usize>],
 }
 
 impl<'g> LadderBody<'_, 'g> {
@@ -242,42 +272,64 @@ impl<'g> LadderBody<'_, 'g> {
         found
     }
 
-    /// One pass over what acts.
+    /// One pass over what acts. In a chart the conditions come first, and then what they need of
+    /// the next scan.
     pub(super) fn pass(
         mut self,
         order: &[usize],
         network_of: &[Option<usize>],
         networks: usize,
     ) -> Pass {
-        let mut differences = vec![BTreeSet::new(); networks];
-        let mut turns: Vec<NetworkTurn> = Vec::new();
+        let mut made =
+            Made { differences: vec![BTreeSet::new(); networks], turns: Vec::new(), network_of };
+        let mut judged = HashMap::new();
+        self.is_judging = !super::networks::conditions(self.graph).is_empty();
+        if self.is_judging {
+            self.run(order, &mut made, &mut judged);
+            self.is_judging = false;
+        }
+        self.run(order, &mut made, &mut judged);
+        Pass {
+            found: self.found,
+            turns: made.turns,
+            tags: self.tags,
+            blocks: self.blocks,
+            driven: self.driven,
+            differences: made.differences,
+            conditions: judged,
+        }
+    }
+
+    fn run(
+        &mut self,
+        order: &[usize],
+        made: &mut Made<'_>,
+        judged: &mut HashMap<usize, JudgedCondition>,
+    ) {
         let mut current = None;
         for at in order {
-            let Some(network) = network_of[*at] else { continue };
+            let Some(network) = made.network_of[*at] else { continue };
             if current != Some(network) {
-                self.end_turn(current, &mut turns);
+                self.end_turn(current, &mut made.turns);
                 current = Some(network);
             }
             if self.needs.failed.contains_key(&network) {
                 continue;
             }
             self.statement = *at;
+            self.reads_steps = false;
             if let Err(why) = self.run_element(*at)
                 && why != LATER
             {
                 self.found.failed.entry(network).or_insert(why);
             }
-            differences[network].append(&mut self.differences);
+            if let Some(condition) = self.conditions.remove(at) {
+                let reads_steps = self.reads_steps;
+                judged.insert(*at, JudgedCondition { condition, reads_steps, network });
+            }
+            made.differences[network].append(&mut self.differences);
         }
-        self.end_turn(current, &mut turns);
-        Pass {
-            found: self.found,
-            turns,
-            tags: self.tags,
-            blocks: self.blocks,
-            driven: self.driven,
-            differences,
-        }
+        self.end_turn(current, &mut made.turns);
     }
 
     fn end_turn(&mut self, network: Option<usize>, turns: &mut Vec<NetworkTurn>) {
@@ -287,7 +339,7 @@ impl<'g> LadderBody<'_, 'g> {
         for term in steps.iter_mut().flat_map(|step| &mut step.when) {
             term.at -= begin.min(term.at);
         }
-        turns.push(NetworkTurn { network, steps });
+        turns.push(NetworkTurn { network, is_head: self.is_judging, steps });
         self.turn = self.steps.len();
     }
 
@@ -394,7 +446,10 @@ impl<'g> LadderBody<'_, 'g> {
     pub(super) fn read(&mut self, text: &str, is_bit: bool) -> Result<LocatedPlace, String> {
         let located = self.locate(text, is_bit)?;
         if let Some(id) = located.variable {
-            self.memory.variables[id].is_read = true;
+            let variable = &mut self.memory.variables[id];
+            variable.is_read = true;
+            self.reads_steps |=
+                variable.usage == VariableUse::Step && located.kind == IecType::Bool;
         }
         Ok(located)
     }
@@ -406,6 +461,9 @@ impl<'g> LadderBody<'_, 'g> {
             return Err(format!("a write of the input `{text}`"));
         }
         if let Some(id) = located.variable {
+            if self.memory.variables[id].usage == VariableUse::Step {
+                return Err(format!("a write of the step `{text}`"));
+            }
             self.memory.variables[id].is_written = true;
         }
         Ok(located)

@@ -6,6 +6,7 @@
 use roxmltree::Node;
 
 use super::elements::{LadderElement, element};
+use super::sfc_elements::{SfcChart, chart};
 use super::xml::{XmlElement, attribute, child, is, is_true, text};
 use crate::xml_document;
 
@@ -56,6 +57,8 @@ pub(super) enum VariableUse {
     InOut,
     External,
     Global,
+    /// A step of a chart.
+    Step,
 }
 
 /// A declared variable.
@@ -107,6 +110,7 @@ pub(super) struct ProgramUnit {
 #[derive(Debug)]
 pub(super) enum UnitBody {
     Ladder(Vec<LadderElement>),
+    Chart(Box<SfcChart>),
     /// Another language, with the number of its lines or elements.
     Other {
         language: String,
@@ -132,8 +136,9 @@ pub(super) struct ProgramInstance {
     pub(super) unit: String,
 }
 
-/// The elements that are parts of ladders.
-const PARTS: [&str; 5] = ["contact", "coil", "block", "inVariable", "outVariable"];
+/// The elements that are parts of ladders and charts.
+const PARTS: [&str; 8] =
+    ["contact", "coil", "block", "inVariable", "outVariable", "step", "transition", "action"];
 /// Deepest nesting of a type.
 const TYPE_DEPTH_MAX: usize = 8;
 /// Most elements of an initial value.
@@ -336,7 +341,7 @@ fn unit(node: XmlElement<'_, '_>) -> ProgramUnit {
             .and_then(|interface| child(interface, "returnType"))
             .and_then(|kind| kind.first_element_child())
             .map(|kind| written(kind, 0)),
-        body: child(node, "body").map_or_else(no_body, body),
+        body: child(node, "body").map_or_else(no_body, |content| body(content, node)),
         others: others.collect(),
     }
 }
@@ -345,7 +350,7 @@ fn no_body() -> UnitBody {
     UnitBody::Other { language: "no language".to_owned(), size: 0 }
 }
 
-fn body(node: XmlElement<'_, '_>) -> UnitBody {
+fn body(node: XmlElement<'_, '_>, unit: XmlElement<'_, '_>) -> UnitBody {
     let languages = ["LD", "FBD", "ST", "IL", "SFC"];
     let known = |child: &XmlElement<'_, '_>| languages.iter().any(|name| is(*child, name));
     let Some(content) = node.children().find(known) else { return no_body() };
@@ -358,6 +363,7 @@ fn body(node: XmlElement<'_, '_>) -> UnitBody {
         "LD" => {
             UnitBody::Ladder(content.children().filter(Node::is_element).map(element).collect())
         }
+        "SFC" => UnitBody::Chart(Box::new(chart(content, unit))),
         _ => UnitBody::Other { language: language.to_owned(), size },
     }
 }

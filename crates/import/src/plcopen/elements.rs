@@ -1,6 +1,7 @@
 //! The elements of a ladder body, as the file has them.
 
 use super::xml::{XmlElement, attribute, child, is, is_true, text};
+use crate::condition::RungCondition;
 
 /// An element of a ladder body.
 #[derive(Clone, Debug)]
@@ -51,6 +52,8 @@ pub(super) enum ElementBody {
         name: String,
     },
     Comment(String),
+    /// The condition of a transition of a chart.
+    Condition(ChartCondition),
     /// What rungd does not translate, by its name in the file.
     Other {
         name: String,
@@ -62,6 +65,41 @@ impl ElementBody {
     /// The block that it is.
     pub(super) fn block(&self) -> Option<&BlockElement> {
         if let ElementBody::Block(block) = self { Some(block) } else { None }
+    }
+}
+
+/// The condition of a transition.
+#[derive(Clone, Debug)]
+pub(super) struct ChartCondition {
+    /// What the transition is called here.
+    pub(super) label: String,
+    /// What the file calls the element: `transition`, or the coil of a transition's ladder.
+    pub(super) part: &'static str,
+    pub(super) source: ConditionSource,
+    pub(super) is_negated: bool,
+}
+
+/// Where the condition of a transition comes from.
+#[derive(Clone, Debug)]
+pub(super) enum ConditionSource {
+    Lines(Vec<Connection>),
+    /// In ST.
+    Text(String),
+    /// From a body of its own, which is translated already.
+    Known(RungCondition),
+    /// Nowhere, and why.
+    Refused(String),
+}
+
+impl ChartCondition {
+    /// The lines that it comes from.
+    pub(super) fn lines(&self) -> &[Connection] {
+        match &self.source {
+            ConditionSource::Lines(lines) => lines,
+            ConditionSource::Text(_) | ConditionSource::Known(_) | ConditionSource::Refused(_) => {
+                &[]
+            }
+        }
     }
 }
 
@@ -216,7 +254,7 @@ fn pins(node: XmlElement<'_, '_>, list: &str) -> Vec<BlockPin> {
 }
 
 /// The connections of all points of an element where something comes in.
-fn connections(node: XmlElement<'_, '_>) -> Vec<Connection> {
+pub(super) fn connections(node: XmlElement<'_, '_>) -> Vec<Connection> {
     let points = node.children().filter(|child| is(*child, "connectionPointIn"));
     let lines = points.flat_map(|point| point.children().filter(|child| is(*child, "connection")));
     let connection = |node: XmlElement<'_, '_>| Connection {

@@ -6,7 +6,7 @@ use super::body::{BodyPlace, Pass, PassNeeds, TranslatedBody};
 use super::elements::ElementBody;
 use super::graph::LadderGraph;
 use super::memory::PlcopenMemory;
-use super::networks::{LadderNetwork, description, parts};
+use super::networks::{LadderNetwork, conditions, description, parts};
 use crate::model::{Fate, ProjectRung, RungBody, RungOutcome};
 use crate::rungs::{ForeignRung, rungs};
 use rungd_language::source::renaming::kebab;
@@ -50,7 +50,8 @@ pub(super) fn finished(
             if is_first {
                 let was = description(all.graph, network);
                 let body = RungBody::Todo { reason: reason.clone(), was };
-                done.rungs.push(ProjectRung { name: Some(name), doc, body });
+                let rungs = if turn.is_head { &mut done.heads } else { &mut done.rungs };
+                rungs.push(ProjectRung { name: Some(name), doc, body });
             }
             continue;
         }
@@ -59,11 +60,16 @@ pub(super) fn finished(
         let foreign = ForeignRung { name, doc, prefix, names: &mut memory.names, tags: &mut tags };
         let mut made = rungs(turn.steps, foreign);
         names.keep_apart(&mut made);
-        done.rungs.extend(made);
+        if turn.is_head { &mut done.heads } else { &mut done.rungs }.extend(made);
         memory.scopes[place.scope].tags.extend(tags);
     }
+    done.conditions = pass.conditions;
+    let is_chart = !conditions(all.graph).is_empty();
     for (number, network) in all.networks.iter().enumerate() {
-        let differences: Vec<String> = pass.differences[number].iter().cloned().collect();
+        let mut differences: Vec<String> = pass.differences[number].iter().cloned().collect();
+        if is_chart && !is_judged(all, network) {
+            differences.push("it leads to no transition, and does nothing".to_owned());
+        }
         let fate = match needs.failed.get(&number) {
             Some(reason) => Fate::Todo(reason.clone()),
             None if differences.is_empty() => Fate::Exact,
@@ -81,6 +87,12 @@ pub(super) fn finished(
     done
 }
 
+/// Whether a network leads to a transition.
+fn is_judged(all: Networks<'_>, network: &LadderNetwork) -> bool {
+    let mut bodies = network.elements.iter().map(|at| &all.graph.elements[*at].body);
+    bodies.any(|body| matches!(body, ElementBody::Condition(_)))
+}
+
 /// A name for the rungs of a network: what it writes first.
 fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut RungNames) -> String {
     let bodies = || network.elements.iter().map(|at| &all.graph.elements[*at].body);
@@ -89,6 +101,8 @@ fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut RungNames) 
         | ElementBody::OutVariable { expression: name, .. } = body
         {
             Some(kebab(name))
+        } else if let ElementBody::Condition(condition) = body {
+            Some(kebab(&condition.label))
         } else {
             None
         }

@@ -274,6 +274,7 @@ impl LadderBody<'_, '_> {
             | ElementBody::OutVariable { .. }
             | ElementBody::Connector { .. }
             | ElementBody::Comment(_)
+            | ElementBody::Condition(_)
             | ElementBody::Other { .. } => Ok(true),
         }
     }
@@ -371,7 +372,7 @@ impl LadderBody<'_, '_> {
     }
 
     /// Two powers that are not equal.
-    fn differ(&mut self, one: RungCondition, other: RungCondition) -> RungCondition {
+    pub(super) fn differ(&mut self, one: RungCondition, other: RungCondition) -> RungCondition {
         let id = self.graph.elements[self.statement].id;
         let count = self.tags.len();
         let one = self.steady(one, &format!("xor{id}_{count}"));
@@ -399,21 +400,7 @@ impl LadderBody<'_, '_> {
                 .collect(),
             _ => pins.iter().map(|pin| self.pin_number(pin)).collect(),
         };
-        let values = values?;
-        let kind = common(&values)?;
-        if are_mixed(&values) && name != "MOVE" {
-            self.differences.insert(MIXED.to_owned());
-        }
-        let mixed_whole =
-            |value: &IecFormula| matches!(value.kind, FormulaType::Known(IecType::Whole { .. }));
-        let values: Result<Vec<IecFormula>, String> = values
-            .into_iter()
-            .map(|value| match matches!(kind, IecType::Whole { .. }) && mixed_whole(&value) {
-                true => Ok(value),
-                false => value.fitted(kind),
-            })
-            .collect();
-        let values = values?;
+        let (kind, values) = self.alike(name, values?)?;
         if let Some(power) = compared(name, &values) {
             return Ok(FunctionResult::Power(power));
         }
@@ -426,6 +413,28 @@ impl LadderBody<'_, '_> {
             _ => None,
         };
         Ok(FunctionResult::Number(FunctionCalculation { kind, texts, reads, is_bit: false, guard }))
+    }
+
+    /// The values of a function in the type in which it calculates.
+    pub(super) fn alike(
+        &mut self,
+        name: &str,
+        values: Vec<IecFormula>,
+    ) -> Result<(IecType, Vec<IecFormula>), String> {
+        let kind = common(&values)?;
+        if are_mixed(&values) && name != "MOVE" {
+            self.differences.insert(MIXED.to_owned());
+        }
+        let mixed_whole =
+            |value: &IecFormula| matches!(value.kind, FormulaType::Known(IecType::Whole { .. }));
+        let values = values.into_iter().map(|value| {
+            match matches!(kind, IecType::Whole { .. }) && mixed_whole(&value) {
+                true => Ok(value),
+                false => value.fitted(kind),
+            }
+        });
+        let values: Result<Vec<IecFormula>, String> = values.collect();
+        Ok((kind, values?))
     }
 
     /// SEL: the second value while G is ON, else the first.

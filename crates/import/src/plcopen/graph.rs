@@ -97,6 +97,7 @@ pub(super) fn inputs(element: &LadderElement) -> Vec<&Connection> {
         | ElementBody::InOutVariable { input, .. }
         | ElementBody::Connector { input, .. }
         | ElementBody::Other { input, .. } => input.iter().collect(),
+        ElementBody::Condition(condition) => condition.lines().iter().collect(),
         ElementBody::Block(block) => block.inputs.iter().flat_map(|pin| &pin.input).collect(),
         ElementBody::LeftRail
         | ElementBody::RightRail

@@ -9,7 +9,7 @@ use super::addresses::address;
 use super::document::{DeclaredVariable, NamedType, VariableUse, WrittenType};
 use super::initial;
 use super::literals::literal;
-use super::types::{IecType, StructField, VariableKind, resolved};
+use super::types::{IecType, StepTag, StructField, VariableKind, resolved};
 use crate::condition::TouchedPlace;
 use crate::model::{ProjectTag, Record};
 use crate::names::{GivenNames, legal_field};
@@ -41,6 +41,15 @@ pub(super) struct IecScope {
     variables: HashMap<String, usize>,
     /// The tags that were declared for it.
     pub(super) tags: Vec<ProjectTag>,
+    /// The steps of its chart, or why one is none.
+    pub(super) steps: Vec<Result<StepTag, String>>,
+}
+
+impl IecScope {
+    /// The variable that it itself calls so.
+    pub(super) fn own(&self, name: &str) -> Option<usize> {
+        self.variables.get(&name.to_lowercase()).copied()
+    }
 }
 
 /// A place in memory.
@@ -127,8 +136,7 @@ impl PlcopenMemory {
             doc: format!("The result of {function}"),
             ..ProjectTag::default()
         });
-        self.scopes[scope].variables.insert(function.to_lowercase(), self.variables.len());
-        self.variables.push(IecVariable {
+        let variable = IecVariable {
             original: format!("{function}/{function}"),
             kind: VariableKind::Plain(kind),
             name: tag.clone(),
@@ -138,8 +146,15 @@ impl PlcopenMemory {
             difference: None,
             is_read: false,
             is_written: true,
-        });
+        };
+        self.add(scope, function, variable);
         Some(BlockMember { tag, kind })
+    }
+
+    /// Adds a variable that has its place already.
+    pub(super) fn add(&mut self, scope: usize, name: &str, variable: IecVariable) {
+        self.scopes[scope].variables.insert(name.to_lowercase(), self.variables.len());
+        self.variables.push(variable);
     }
 
     /// Declares a variable in a scope; an external one that is global has its place already.
@@ -246,7 +261,7 @@ impl PlcopenMemory {
     }
 
     /// The record with these fields.
-    fn record(&mut self, kind: &WrittenType, fields: Vec<ProjectTag>) -> String {
+    pub(super) fn record(&mut self, kind: &WrittenType, fields: Vec<ProjectTag>) -> String {
         let found = self.records.iter().find(|record| record.fields == fields);
         if let Some(record) = found {
             return record.name.clone();

@@ -1,9 +1,9 @@
-//! PLCopen XML (TC6 2.01): ladder bodies, as OpenPLC, Beremiz and CODESYS write them.
+//! PLCopen XML (TC6 2.01): ladders and charts, as OpenPLC, Beremiz and CODESYS write them.
 //!
 //! [`read`] makes a project of the text of a file. `document` has what the file says, `graph` the
 //! parts of a ladder body and in which order they act, `memory` where the variables lie, `passes`
-//! what a body does, `project` puts the parts together. What is exact and what differs stands in
-//! `docs/import/plcopen.md`.
+//! what a body does, `sfc` what a chart does, `project` puts the parts together. What is exact and
+//! what differs stands in `docs/import/plcopen.md`.
 
 mod addresses;
 mod block_calls;
@@ -24,6 +24,16 @@ mod networks;
 mod passes;
 mod power;
 mod project;
+mod sfc;
+mod sfc_actions;
+mod sfc_condition;
+mod sfc_elements;
+mod sfc_links;
+mod sfc_qualifiers;
+mod sfc_steps;
+mod sfc_text;
+mod sfc_transitions;
+mod sfc_work;
 mod statements;
 mod tasks;
 mod types;

@@ -6,7 +6,7 @@
 
 use super::elements::{ElementBody, LadderElement};
 use super::graph::{LadderGraph, inputs};
-use crate::model::PartCount;
+use crate::model::{Fate, PartCount, RungOutcome};
 
 /// What is connected.
 #[derive(Clone, Debug, Default)]
@@ -77,7 +77,8 @@ fn is_decoration(element: &LadderElement) -> bool {
     name == "vendorElement" && input.is_empty()
 }
 
-fn root(joined: &mut [usize], mut at: usize) -> usize {
+/// The first one of what is joined with one.
+pub(super) fn root(joined: &mut [usize], mut at: usize) -> usize {
     while joined[at] != at {
         joined[at] = joined[joined[at]];
         at = joined[at];
@@ -85,7 +86,8 @@ fn root(joined: &mut [usize], mut at: usize) -> usize {
     at
 }
 
-fn join(joined: &mut [usize], one: usize, other: usize) {
+/// Joins two.
+pub(super) fn join(joined: &mut [usize], one: usize, other: usize) {
     let (one, other) = (root(joined, one), root(joined, other));
     joined[one.max(other)] = one.min(other);
 }
@@ -115,8 +117,13 @@ fn comments(graph: &LadderGraph<'_>, networks: &mut [LadderNetwork]) {
     }
 }
 
-/// The coils, variables and blocks in the order in which they act.
+/// The coils, variables and blocks in the order in which they act. In a chart the conditions of
+/// its transitions act alone, in the order of the elements, with the blocks that lead to them.
 pub(super) fn order(graph: &LadderGraph<'_>, networks: &[LadderNetwork]) -> Vec<usize> {
+    let conditions = conditions(graph);
+    if !conditions.is_empty() {
+        return conditions;
+    }
     let acts = |at: &usize| {
         matches!(
             graph.elements[*at].body,
@@ -147,6 +154,12 @@ pub(super) fn order(graph: &LadderGraph<'_>, networks: &[LadderNetwork]) -> Vec<
     ordered.extend(by_place(graph, coils));
     ordered.extend(by_place(graph, blocks));
     ordered
+}
+
+/// The conditions of transitions.
+pub(super) fn conditions(graph: &LadderGraph<'_>) -> Vec<usize> {
+    let is_one = |at: &usize| matches!(graph.elements[*at].body, ElementBody::Condition(_));
+    (0..graph.elements.len()).filter(is_one).collect()
 }
 
 /// Elements by rows from the top, each from left to right.
@@ -188,6 +201,7 @@ pub(super) fn description(graph: &LadderGraph<'_>, network: &LadderNetwork) -> S
             ElementBody::InVariable { expression, .. } => expression.clone(),
             ElementBody::OutVariable { expression, .. }
             | ElementBody::InOutVariable { expression, .. } => format!("variable {expression}"),
+            ElementBody::Condition(one) => format!("{} {}", one.part, one.label),
             ElementBody::Other { name, .. } => name.clone(),
             ElementBody::Connector { .. }
             | ElementBody::Continuation { .. }
@@ -212,6 +226,7 @@ pub(super) fn parts(graph: &LadderGraph<'_>, network: &LadderNetwork) -> Vec<Par
             ElementBody::InOutVariable { .. } => "inOutVariable",
             ElementBody::Connector { .. } => "connector",
             ElementBody::Continuation { .. } => "continuation",
+            ElementBody::Condition(one) => one.part,
             ElementBody::Other { name, .. } => name,
             ElementBody::LeftRail | ElementBody::RightRail | ElementBody::Comment(_) => continue,
         };
@@ -221,4 +236,22 @@ pub(super) fn parts(graph: &LadderGraph<'_>, network: &LadderNetwork) -> Vec<Par
         }
     }
     parts
+}
+
+/// The networks of a ladder that have one fate.
+pub(super) fn network_rows(
+    title: &str,
+    elements: &[LadderElement],
+    fate: &Fate,
+) -> Vec<RungOutcome> {
+    let graph = LadderGraph::of(elements);
+    let (networks, _) = networks(&graph);
+    let rows = networks.iter().enumerate().map(|(number, network)| RungOutcome {
+        place: title.to_owned(),
+        number,
+        text: description(&graph, network),
+        parts: parts(&graph, network),
+        fate: fate.clone(),
+    });
+    rows.collect()
 }

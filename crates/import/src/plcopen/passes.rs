@@ -54,6 +54,21 @@ pub(super) fn translated(
     TranslatedBody::default()
 }
 
+/// Asks something of a body that has no elements; with the differences that the answer has.
+pub(super) fn asked<T>(
+    memory: &mut PlcopenMemory,
+    units: &UnitBlocks,
+    place: BodyPlace<'_>,
+    question: impl FnOnce(&mut LadderBody<'_, '_>) -> T,
+) -> (T, BTreeSet<String>) {
+    let graph = LadderGraph::of(&[]);
+    let (needs, mut own) = (PassNeeds::default(), BodyMemo::default());
+    let work = BodyWork { units, graph: &graph, needs: &needs, network_of: &[], place };
+    let mut body = body(memory, work, &mut own);
+    let answer = question(&mut body);
+    (answer, body.differences)
+}
+
 /// What a pass works on.
 #[derive(Clone, Copy)]
 struct BodyWork<'m, 'g> {
@@ -111,5 +126,8 @@ fn body<'m, 'g>(
         own,
         prefix: place.prefix,
         depth: 0,
+        is_judging: false,
+        reads_steps: false,
+        conditions: HashMap::new(),
     }
 }

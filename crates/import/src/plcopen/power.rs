@@ -46,6 +46,7 @@ impl LadderBody<'_, '_> {
                 | ElementBody::InOutVariable { .. }
                 | ElementBody::Connector { .. }
                 | ElementBody::Comment(_)
+                | ElementBody::Condition(_)
                 | ElementBody::Other { .. } => {}
             }
         }
@@ -125,6 +126,7 @@ impl LadderBody<'_, '_> {
             ElementBody::RightRail
             | ElementBody::OutVariable { .. }
             | ElementBody::Connector { .. }
+            | ElementBody::Condition(_)
             | ElementBody::Comment(_) => Err("a line from an element without an output".to_owned()),
         }
     }
@@ -173,7 +175,10 @@ impl LadderBody<'_, '_> {
             return Ok(edge.condition);
         }
         let bit = self.bit_of(variable)?;
-        modified(bit, modifier)
+        match self.is_judging && modifier.edge != SensedEdge::None {
+            true => Ok(RungCondition::bit(self.chart_edge(at).text)),
+            false => modified(bit, modifier),
+        }
     }
 
     /// Evaluates the edge of a contact, when a line is followed to it.
@@ -189,6 +194,10 @@ impl LadderBody<'_, '_> {
         }
         let bit = self.bit_of(variable)?;
         let edge = modified(bit, modifier)?;
+        if matches!(self.graph.elements[self.statement].body, ElementBody::Condition(_)) {
+            self.sense_edge(at, edge);
+            return Ok(());
+        }
         let condition = match self.needs.keeps_all || self.needs.kept_edges.contains(&contact) {
             true => {
                 let id = self.graph.elements[at].id;

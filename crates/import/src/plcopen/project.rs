@@ -6,15 +6,17 @@ use super::block_calls::standard_members;
 use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
 use super::document::{PlcopenFile, ProgramUnit, UnitBody, VariableUse};
 use super::elements::{ElementBody, LadderElement};
-use super::graph::LadderGraph;
 use super::memory::PlcopenMemory;
-use super::networks::{description, networks, parts};
+use super::networks::network_rows;
 use super::passes::translated;
+use super::sfc::translated_chart;
+use super::sfc_elements::SfcChart;
+use super::sfc_steps::{executed, written};
 use super::tasks::{ProgramPace, TaskPlan, TimedProgram, plan};
 use super::types::VariableKind;
 use crate::model::{
-    Fate, ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectRung,
-    RungBody, RungOutcome, UnwrittenTag,
+    Fate, ForeignProject, LadderFile, Outcome, PartCount, ProjectBlock, ProjectBlockKind,
+    ProjectRung, RungBody, RungOutcome, UnwrittenTag,
 };
 use crate::names::legal;
 use rungd_language::source::renaming::kebab;
@@ -94,7 +96,11 @@ pub(super) struct ProjectWork<'w> {
 
 impl ProjectWork<'_> {
     /// Counts how often each instance is called.
-    pub(super) fn count_calls(&mut self, scope: usize, elements: &[LadderElement]) {
+    pub(super) fn count_calls<'e>(
+        &mut self,
+        scope: usize,
+        elements: impl IntoIterator<Item = &'e LadderElement>,
+    ) {
         for element in elements {
             if let ElementBody::Block(block) = &element.body
                 && let Some(name) = &block.instance
@@ -113,8 +119,13 @@ impl ProjectWork<'_> {
             let unit = &file.units[planned.unit];
             let name = title(plan, planned, unit);
             let scope = self.memory.scope(name, &unit.variables, &file.types);
-            if let UnitBody::Ladder(elements) = &unit.body {
-                self.count_calls(scope, elements);
+            match &unit.body {
+                UnitBody::Ladder(elements) => self.count_calls(scope, elements),
+                UnitBody::Chart(chart) => {
+                    self.memory.steps(scope, chart);
+                    self.count_calls(scope, executed(chart));
+                }
+                UnitBody::Other { .. } => {}
             }
             scopes.push(scope);
         }
@@ -122,11 +133,14 @@ impl ProjectWork<'_> {
         let mut has_main = false;
         for (planned, scope) in plan.programs.iter().zip(scopes) {
             let unit = &file.units[planned.unit];
-            let UnitBody::Ladder(elements) = &unit.body else { continue };
             let title = title(plan, planned, unit);
             let prefix = legal(title).to_lowercase();
             let place = BodyPlace { scope, prefix: &prefix, title, is_template: false };
-            let done = translated(self.memory, &self.units, elements, place);
+            let done = match &unit.body {
+                UnitBody::Ladder(elements) => translated(self.memory, &self.units, elements, place),
+                UnitBody::Chart(chart) => translated_chart(self.memory, &self.units, chart, place),
+                UnitBody::Other { .. } => continue,
+            };
             self.outcome.rungs.extend(done.outcomes.iter().cloned());
             let is_main = planned.turn == ProgramPace::Scan && !has_main;
             has_main |= is_main;
@@ -208,6 +222,8 @@ impl ProjectWork<'_> {
                     self.outcome.left_out.push(text);
                 }
                 UnitBody::Ladder(_) => {}
+                // Its actions and transitions are in the report.
+                UnitBody::Chart(_) => continue,
             }
             for other in &unit.others {
                 self.outcome.left_out.push(format!("the {other} of {}", unit.name));
@@ -229,16 +245,26 @@ impl ProjectWork<'_> {
 
     /// The networks of a ladder that is not translated.
     pub(super) fn refused(&mut self, unit: &ProgramUnit, elements: &[LadderElement], why: &str) {
-        let graph = LadderGraph::of(elements);
-        let (networks, _) = networks(&graph);
-        let outcomes = networks.iter().enumerate().map(|(number, network)| RungOutcome {
-            place: unit.name.clone(),
+        let fate = Fate::Todo(why.to_owned());
+        self.outcome.rungs.extend(network_rows(&unit.name, elements, &fate));
+    }
+
+    /// The parts of a chart that is not translated.
+    pub(super) fn refused_chart(&mut self, unit: &ProgramUnit, chart: &SfcChart, why: &str) {
+        chart.ladders().for_each(|elements| self.refused(unit, elements, why));
+        let steps = chart.steps.iter().map(|step| ["step", &step.name]);
+        let transitions = chart.transitions.iter().map(|_| ["transition", ""]);
+        let actions = chart.blocks.iter().flat_map(|block| &block.actions);
+        let actions = actions.map(|action| ["action", &action.qualifier]);
+        let rows = steps.chain(transitions).chain(actions).enumerate();
+        let rows = rows.map(|(number, [kind, name])| RungOutcome {
+            place: format!("{}, chart", unit.name),
             number,
-            text: description(&graph, network),
-            parts: parts(&graph, network),
+            text: format!("{kind} {name}").trim().to_owned(),
+            parts: vec![PartCount { kind: kind.to_owned(), count: 1 }],
             fate: Fate::Todo(why.to_owned()),
         });
-        self.outcome.rungs.extend(outcomes);
+        self.outcome.rungs.extend(rows);
     }
 }
 
@@ -260,6 +286,7 @@ pub(super) fn language(unit: &ProgramUnit) -> &str {
     match &unit.body {
         UnitBody::Other { language, .. } => language,
         UnitBody::Ladder(_) => "LD",
+        UnitBody::Chart(_) => "SFC",
     }
 }
 
@@ -286,7 +313,14 @@ fn main(starts: Vec<String>, files: &mut Vec<LadderFile>) {
 fn written_names(file: &PlcopenFile) -> HashSet<String> {
     let mut names = HashSet::new();
     for unit in &file.units {
-        let UnitBody::Ladder(elements) = &unit.body else { continue };
+        let elements = match &unit.body {
+            UnitBody::Ladder(elements) => elements,
+            UnitBody::Chart(chart) => {
+                names.extend(written(chart));
+                continue;
+            }
+            UnitBody::Other { .. } => continue,
+        };
         for element in elements {
             if let ElementBody::Coil { variable: name, .. }
             | ElementBody::OutVariable { expression: name, .. } = &element.body

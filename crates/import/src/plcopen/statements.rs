@@ -39,6 +39,8 @@ impl LadderBody<'_, '_> {
                 self.out_variable(at, expression, false, input)
             }
             ElementBody::Block(_) => self.call(at),
+            ElementBody::Condition(condition) if self.is_judging => self.judge(at, condition),
+            ElementBody::Condition(condition) => self.follow(condition.lines(), false),
             ElementBody::Other { name, .. } => Err(format!("the element `{name}`")),
             ElementBody::LeftRail
             | ElementBody::RightRail
@@ -203,6 +205,7 @@ impl LadderBody<'_, '_> {
                 | ElementBody::InOutVariable { .. }
                 | ElementBody::Connector { .. }
                 | ElementBody::Comment(_)
+                | ElementBody::Condition(_)
                 | ElementBody::Other { .. } => {}
             }
         }
@@ -262,6 +265,7 @@ impl LadderBody<'_, '_> {
             | ElementBody::OutVariable { .. }
             | ElementBody::Connector { .. }
             | ElementBody::Comment(_)
+            | ElementBody::Condition(_)
             | ElementBody::Other { .. } => Err("power where a value is wanted".to_owned()),
         }
     }

@@ -127,6 +127,14 @@ pub(super) struct StructField {
     pub(super) kind: IecType,
 }
 
+/// A step, as a tag.
+#[derive(Clone, Debug)]
+pub(super) struct StepTag {
+    pub(super) name: String,
+    /// Whether it has a `T`.
+    pub(super) is_timed: bool,
+}
+
 /// A type as it is written, without names of data types.
 pub(super) fn resolved(kind: &WrittenType, types: &[NamedType]) -> WrittenType {
     let mut kind = kind.clone();

@@ -29,6 +29,9 @@ impl ProjectWork<'_> {
             let unit = all[at];
             let UnitBody::Ladder(elements) = &unit.body else {
                 let why = format!("its body is in {}", language(unit));
+                if let UnitBody::Chart(chart) = &unit.body {
+                    self.refused_chart(unit, chart, &format!("a function block: {why}"));
+                }
                 self.units.insert(unit.name.to_lowercase(), Err(why));
                 continue;
             };
@@ -245,6 +248,7 @@ fn unfit(unit: &ProgramUnit, elements: &[LadderElement]) -> Option<&'static str>
         | ElementBody::Connector { .. }
         | ElementBody::Continuation { .. }
         | ElementBody::Comment(_)
+        | ElementBody::Condition(_)
         | ElementBody::Other { .. } => None,
     })
 }

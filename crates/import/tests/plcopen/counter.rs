@@ -1,4 +1,5 @@
-//! A second reader of the XML: every contact, coil and block of a ladder is in the report.
+//! A second reader of the XML: every contact, coil and block of a ladder is in the report, and
+//! every step, transition and action of a chart.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +30,37 @@ fn counted(xml: &str) -> BTreeMap<String, usize> {
             *counts.entry(kind).or_default() += 1;
         }
     }
+    charts(xml, &mut counts);
     counts
+}
+
+/// The steps, transitions, actions and links between `<SFC>` and `</SFC>`, and what leads to
+/// transitions there.
+fn charts(xml: &str, counts: &mut BTreeMap<String, usize>) {
+    for chart in xml.split("<SFC>").skip(1) {
+        let chart = chart.split("</SFC>").next().unwrap();
+        let mut in_ladder = false;
+        for tag in chart.split('<').skip(1) {
+            let name = tag.split(['>', ' ', '/']).next().unwrap_or_default();
+            match name {
+                "LD" => in_ladder = true,
+                "" if tag.starts_with("/LD>") => in_ladder = false,
+                "step"
+                | "macroStep"
+                | "transition"
+                | "action"
+                | "jumpStep"
+                | "selectionDivergence"
+                | "selectionConvergence"
+                | "simultaneousDivergence"
+                | "simultaneousConvergence" => *counts.entry(name.to_owned()).or_default() += 1,
+                "contact" | "coil" | "inVariable" | "outVariable" if !in_ladder => {
+                    *counts.entry(name.to_owned()).or_default() += 1;
+                }
+                _ => {}
+            }
+        }
+    }
 }
 
 /// Compares a file with the report that an import writes about it. A program with several

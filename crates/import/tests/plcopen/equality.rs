@@ -10,6 +10,7 @@ use rungd_import::model::{Fate, ForeignProject};
 use rungd_import::plcopen;
 use rungd_test_support::setting::setting;
 
+use super::chart_generator::chart_project;
 use super::counter::is_complete;
 use super::generator::{RandomProject, project};
 use super::interpreter::Machine;
@@ -56,13 +57,22 @@ fn cell(value: Value) -> i32 {
 
 #[test]
 fn random_ladders_do_the_same_in_every_scan() {
+    compare(project);
+}
+
+#[test]
+fn random_charts_do_the_same_in_every_scan() {
+    compare(chart_project);
+}
+
+fn compare(make: fn(&mut SplitMix64) -> RandomProject) {
     let programs = setting("RUNGD_PLCOPEN_PROGRAMS", 12);
     let scans = setting("RUNGD_PLCOPEN_SCANS", 60);
     let seed = setting("RUNGD_PLCOPEN_SEED", 1);
     let (mut rungs, mut exact) = (0, 0);
     for program in 0..programs {
         let mut random = SplitMix64(seed * 1_000_003 + program);
-        let made = project(&mut random);
+        let made = make(&mut random);
         let imported = plcopen::read(&made.xml).unwrap();
         for rung in &imported.outcome.rungs {
             let is_kept = !matches!(rung.fate, Fate::Todo(_));

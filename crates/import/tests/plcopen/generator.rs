@@ -65,19 +65,19 @@ pub fn project(random: &mut SplitMix64) -> RandomProject {
 
 pub struct Written {
     pub elements: String,
-    declared: String,
-    watched: Vec<Watched>,
+    pub declared: String,
+    pub watched: Vec<Watched>,
 }
 
 /// A body that is being made.
 pub struct Body<'r> {
-    random: &'r mut SplitMix64,
-    xml: String,
-    declared: String,
-    watched: Vec<Watched>,
+    pub random: &'r mut SplitMix64,
+    pub xml: String,
+    pub declared: String,
+    pub watched: Vec<Watched>,
     id: u64,
-    y: u64,
-    blocks: u64,
+    pub y: u64,
+    pub blocks: u64,
     pub is_program: bool,
     has_unit: bool,
     /// The functions that it calls.
@@ -112,8 +112,9 @@ impl<'r> Body<'r> {
         }
     }
 
+    /// Some networks more; none, if at least 0 are wanted.
     pub fn written(mut self, least: u64) -> Written {
-        let count = least + self.below(4);
+        let count = if least == 0 { 0 } else { least + self.below(4) };
         for _ in 0..count {
             self.y += 100;
             self.network();
@@ -125,7 +126,7 @@ impl<'r> Body<'r> {
         below(self.random, limit)
     }
 
-    fn one_of(&mut self, texts: &[&'static str]) -> &'static str {
+    pub fn one_of(&mut self, texts: &[&'static str]) -> &'static str {
         texts[self.below(texts.len() as u64) as usize]
     }
 
@@ -142,17 +143,17 @@ impl<'r> Body<'r> {
         format!("{}{at}", found.prefix)
     }
 
-    fn next(&mut self) -> u64 {
+    pub fn next(&mut self) -> u64 {
         self.id += 1;
         self.id
     }
 
-    fn place(&mut self, x: u64) -> String {
+    pub fn place(&mut self, x: u64) -> String {
         let y = self.y + self.below(6) * 15;
         format!("<position x=\"{x}\" y=\"{y}\"/>")
     }
 
-    fn lines(&self, points: &[Point]) -> String {
+    pub fn lines(&self, points: &[Point]) -> String {
         let line = |point: &Point| match &point.pin {
             Some(pin) => {
                 format!("<connection refLocalId=\"{}\" formalParameter=\"{pin}\"/>", point.id)
@@ -178,7 +179,7 @@ impl<'r> Body<'r> {
         chosen
     }
 
-    fn contact(&mut self, x: u64, sources: &[Point]) -> Point {
+    pub fn contact(&mut self, x: u64, sources: &[Point]) -> Point {
         let id = self.next();
         let attributes = match self.below(8) {
             0 | 1 => "negated=\"true\"",
@@ -203,7 +204,7 @@ impl<'r> Body<'r> {
         Point { id, pin: None }
     }
 
-    fn coil(&mut self, x: u64, sources: &[Point]) -> Point {
+    pub fn coil(&mut self, x: u64, sources: &[Point]) -> Point {
         let id = self.next();
         let attributes = match self.below(10) {
             0 => "negated=\"true\"",
@@ -279,7 +280,7 @@ impl<'r> Body<'r> {
     }
 
     /// A function block of the standard.
-    fn standard(&mut self, points: &[Point]) -> Point {
+    pub fn standard(&mut self, points: &[Point]) -> Point {
         let kind = self
             .one_of(&["TON", "TOF", "TP", "CTU", "CTD", "CTUD", "R_TRIG", "F_TRIG", "SR", "RS"]);
         let (powers, number, outputs): (&[&str], Option<(&str, &str)>, &[&'static str]) = match kind
@@ -342,7 +343,7 @@ impl<'r> Body<'r> {
     }
 
     /// A function that gives power.
-    fn compare(&mut self, points: &[Point]) -> Point {
+    pub fn compare(&mut self, points: &[Point]) -> Point {
         let kind = self.one_of(&["INT", "DINT", "UINT", "REAL", "TIME"]);
         let name = self.one_of(&["GT", "GE", "EQ", "NE", "LE", "LT"]);
         let variable = {
@@ -363,7 +364,7 @@ impl<'r> Body<'r> {
         Point { id, pin: None }
     }
 
-    fn function(&mut self, name: &str, inputs: &[Point], points: &[Point]) -> Point {
+    pub fn function(&mut self, name: &str, inputs: &[Point], points: &[Point]) -> Point {
         let names: &[&str] = match name {
             "LIMIT" => &["MN", "IN", "MX"],
             "SEL" => &["G", "IN0", "IN1"],

@@ -5,6 +5,8 @@ use rungd_import::model::Fate;
 use rungd_import::plcopen;
 use rungd_test_support::setting::setting;
 
+use super::chart_cases::{chart_file, link, step, transition};
+use super::chart_generator::chart_project;
 use super::file;
 use super::generator::project;
 use crate::damage::damaged;
@@ -13,8 +15,9 @@ use crate::plant;
 #[test]
 fn no_damage_to_a_file_causes_a_panic() {
     let mut random = SplitMix64(11);
-    for _ in 0..setting("RUNGD_PLCOPEN_DAMAGED", 10) {
-        let whole = project(&mut random).xml;
+    for number in 0..setting("RUNGD_PLCOPEN_DAMAGED", 10) {
+        let make = if number % 2 == 0 { project } else { chart_project };
+        let whole = make(&mut random).xml;
         for text in damaged(&whole, &mut random) {
             if let Ok(project) = plcopen::read(&text) {
                 plant::errors(&project);
@@ -89,4 +92,47 @@ fn loops_of_blocks_end() {
                         refLocalId=\"2\"/></connectionPointIn><variable>a</variable></coil>";
     let project = plcopen::read(&file("", continuation)).unwrap();
     assert!(matches!(project.outcome.rungs[0].fate, Fate::Todo(_)));
+}
+
+#[test]
+fn loops_of_divergences_end() {
+    let chart = [
+        step(1, "Start", &[]),
+        link("selectionDivergence", 2, &[3]),
+        link("selectionDivergence", 3, &[2, 1]),
+        transition(4, "TRUE", &[2]),
+        link("selectionConvergence", 5, &[6, 4]),
+        link("selectionConvergence", 6, &[5]),
+        step(7, "Run", &[6]),
+    ];
+    let project = plcopen::read(&chart_file(&[], "", &chart.concat())).unwrap();
+    assert_eq!(plant::errors(&project), "");
+    // A convergence of nothing but itself.
+    let chart = [step(1, "Start", &[]), link("simultaneousConvergence", 2, &[2])].concat();
+    let chart = chart + &transition(3, "TRUE", &[2]);
+    let project = plcopen::read(&chart_file(&[], "", &chart)).unwrap();
+    assert!(matches!(project.outcome.rungs[0].fate, Fate::Todo(_)));
+}
+
+#[test]
+fn a_chart_of_many_steps_ends() {
+    let count = setting("RUNGD_PLCOPEN_STEPS", 150) as u32;
+    let (mut row, mut fork, mut net) = (String::new(), String::new(), String::new());
+    let ids: Vec<u32> = (0..count).map(|at| 10 + 2 * at).collect();
+    for (at, id) in ids.iter().enumerate() {
+        let name = format!("S{at}");
+        let before = if at == 0 { Vec::new() } else { vec![id - 1] };
+        row += &(step(*id, &name, &before) + &transition(id + 1, "a", &[*id]));
+        // All of one step, and into all of them from each.
+        fork += &(transition(id + 1, "a", &[1]) + &step(*id, &name, &[id + 1]));
+        net += &(transition(id + 1, "a", &[1]) + &step(*id, &name, &[2]));
+    }
+    let ends: Vec<u32> = ids.iter().map(|id| id + 1).collect();
+    let start = step(1, "Start", &[]);
+    let net = start.clone() + &net + &link("selectionConvergence", 2, &ends);
+    for chart in [row, start + &fork, net] {
+        let project = plcopen::read(&chart_file(&["a"], "", &chart)).unwrap();
+        assert!(project.outcome.rungs.len() > count as usize);
+        plant::errors(&project);
+    }
 }

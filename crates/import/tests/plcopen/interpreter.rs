@@ -6,31 +6,33 @@ use std::collections::{HashMap, HashSet};
 use roxmltree::Document;
 
 use super::blocks::State;
+use super::chart::Chart;
 use super::reading::{Element, InputPin, Line, Part, Unit, unit};
 use super::values::Value;
 
 /// An element whose edge is sensed, for what acts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-struct SensedAt {
-    acts: u64,
-    element: u64,
+pub struct SensedAt {
+    pub acts: u64,
+    pub element: u64,
 }
 
 /// What an instance keeps.
 #[derive(Clone, Debug, Default)]
-struct Instance {
+pub struct Instance {
     unit: usize,
-    values: HashMap<String, Value>,
+    pub values: HashMap<String, Value>,
     states: HashMap<String, State>,
     inner: HashMap<String, Instance>,
     /// The memories of edges: of an element, for what acts.
     edges: HashMap<SensedAt, bool>,
-    results: HashMap<(u64, String), Value>,
+    pub results: HashMap<(u64, String), Value>,
 }
 
 pub struct Machine {
     units: Vec<Unit>,
     program: Instance,
+    chart: Option<Chart>,
 }
 
 impl Machine {
@@ -42,13 +44,18 @@ impl Machine {
             .map(unit)
             .collect();
         let program = units.iter().position(|unit| unit.is_program).unwrap();
-        let program = instance(&units, program);
-        Machine { units, program }
+        let mut program = instance(&units, program);
+        let pous = || document.descendants().filter(|node| node.tag_name().name() == "pou");
+        let chart = pous().find_map(Chart::of);
+        chart.iter().for_each(|chart| chart.show(&mut program));
+        Machine { units, program, chart }
     }
 
     pub fn scan(&mut self, now_ms: i64) {
-        let mut run = Run::of(&self.units, &mut self.program, now_ms);
-        run.execute();
+        match &mut self.chart {
+            Some(chart) => chart.scan(&self.units, &mut self.program, now_ms),
+            None => Run::of(&self.units, &mut self.program, now_ms).execute(),
+        }
     }
 
     pub fn set(&mut self, name: &str, value: Value) {
@@ -95,7 +102,10 @@ fn zero(kind: &str) -> Value {
     }
 }
 
-fn member(instance: &Instance, name: &str) -> Value {
+pub fn member(instance: &Instance, name: &str) -> Value {
+    if let Some(value) = instance.values.get(name) {
+        return *value;
+    }
     let Some((block, pin)) = name.split_once('.') else { return instance.values[name] };
     if let Some(inner) = instance.inner.get(block) {
         return member(inner, pin);
@@ -109,20 +119,30 @@ fn member(instance: &Instance, name: &str) -> Value {
 }
 
 /// One execution of a body.
-struct Run<'r> {
+pub struct Run<'r> {
     units: &'r [Unit],
     instance: &'r mut Instance,
     elements: HashMap<u64, Element>,
     order: Vec<u64>,
-    done: HashSet<u64>,
+    pub done: HashSet<u64>,
     /// The edges that were sensed, for what acts.
-    sensed: HashMap<SensedAt, bool>,
+    pub sensed: HashMap<SensedAt, bool>,
     now_ms: i64,
 }
 
 impl<'r> Run<'r> {
     fn of(units: &'r [Unit], instance: &'r mut Instance, now_ms: i64) -> Run<'r> {
         let all = &units[instance.unit].elements;
+        Run::over(units, instance, all, now_ms)
+    }
+
+    /// Elements that belong to an instance.
+    pub fn over(
+        units: &'r [Unit],
+        instance: &'r mut Instance,
+        all: &[Element],
+        now_ms: i64,
+    ) -> Run<'r> {
         let mut rows: Vec<&Element> = all.iter().collect();
         rows.sort_by_key(|element| element.y);
         let sorted = |is_block: bool| {
@@ -150,7 +170,7 @@ impl<'r> Run<'r> {
         Run { units, instance, elements, order, done, sensed, now_ms }
     }
 
-    fn execute(&mut self) {
+    pub fn execute(&mut self) {
         for id in self.order.clone() {
             match self.elements[&id].part.clone() {
                 Part::Coil { variable, negated, storage, edge, lines } => {
@@ -209,7 +229,7 @@ impl<'r> Run<'r> {
     }
 
     /// Follows lines back: blocks are executed, edges sensed.
-    fn prepare(&mut self, lines: &[Line], acts: u64) {
+    pub fn prepare(&mut self, lines: &[Line], acts: u64) {
         for line in lines {
             match self.elements[&line.id].part.clone() {
                 Part::Contact { variable, edge, lines, .. } => {
@@ -228,7 +248,7 @@ impl<'r> Run<'r> {
         }
     }
 
-    fn power(&self, lines: &[Line], acts: u64) -> bool {
+    pub fn power(&self, lines: &[Line], acts: u64) -> bool {
         lines.iter().any(|line| match &self.elements[&line.id].part {
             Part::Rail => true,
             Part::Contact { variable, negated, edge, lines } => {

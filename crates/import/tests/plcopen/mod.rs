@@ -3,6 +3,10 @@
 
 mod blocks;
 mod cases;
+mod chart;
+mod chart_cases;
+mod chart_generator;
+mod chart_reading;
 mod counter;
 mod equality;
 mod files;

@@ -88,13 +88,14 @@ pub fn unit(node: Node<'_, '_>) -> Unit {
         Declared { name, kind: kind.to_owned(), initial: initial.to_owned() }
     });
     let result = child(interface, "returnType").and_then(|node| node.first_element_child());
-    let body = child(child(node, "body").unwrap(), "LD").unwrap();
+    let body = child(child(node, "body").unwrap(), "LD");
+    let elements = body.iter().flat_map(|body| body.children().filter(Node::is_element));
     Unit {
         name: node.attribute("name").unwrap().to_owned(),
         is_program: node.attribute("pouType") == Some("program"),
         result: result.map(|kind| kind.tag_name().name().to_owned()),
         variables: variables.collect(),
-        elements: body.children().filter(Node::is_element).map(element).collect(),
+        elements: elements.map(element).collect(),
     }
 }
 
@@ -103,7 +104,7 @@ pub fn child<'d, 'i>(node: Node<'d, 'i>, name: &str) -> Option<Node<'d, 'i>> {
     node.children().find(|child| child.tag_name().name() == name)
 }
 
-fn lines(node: Node<'_, '_>) -> Vec<Line> {
+pub fn lines(node: Node<'_, '_>) -> Vec<Line> {
     let Some(point) = child(node, "connectionPointIn") else { return Vec::new() };
     let lines = point.children().filter(|line| line.tag_name().name() == "connection");
     lines
