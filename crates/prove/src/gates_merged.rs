@@ -48,7 +48,7 @@ impl AlikeLatches {
         for (at, latch) in gates.latches.iter().enumerate() {
             // What begins with any value is alike to nothing.
             if latch.initial.is_none() {
-                seen[at].push(at as u64 + 1);
+                seen[at].push(at as u64);
             }
         }
         for _ in 0..SCANS {

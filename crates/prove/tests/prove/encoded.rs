@@ -412,6 +412,18 @@ rung = [{ when = ["$On"], do = ["PONOFF Y1", "ADD D0 1 to=D0"] }]
 }
 
 #[test]
+fn a_period_of_no_whole_milliseconds_has_no_gates() {
+    let ladder = "[[program]]\nname = \"Main\"\nrung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]";
+    let asked = Asked { ladder, inputs: &["X0"], judged: &["Y0 | !Y0"], ..Asked::default() };
+    let period = ScanPeriod::of_us(1250).expect("a period");
+    let model = ProofModel { period, ..model(asked) };
+    let target = Target { bit: model.judged[0], value: false };
+    let patience = Patience::new(PATIENCE, &Arc::new(AtomicBool::new(false)));
+    let decision = by_deducing(&model, target, &patience);
+    assert!(matches!(decision, Decision::Open(_)), "{decision:?}");
+}
+
+#[test]
 fn gates_of_a_ladder_without_memory_have_no_latches() {
     let ladder = r#"
 [[program]]
