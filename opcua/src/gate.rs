@@ -22,7 +22,7 @@ use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner, FrameSta
 use crate::journal::{ClientLine, ServerLines};
 
 /// The most strangers at a time.
-const STRANGERS_MAX: usize = 32;
+const STRANGERS_MAX: usize = 100;
 /// The longest stay of a stranger.
 const STRANGER_MAX: Duration = Duration::from_secs(30);
 /// The connections of known peers beyond one for each session.
@@ -124,7 +124,8 @@ impl ClientGate {
 
 /// The address as a user of seats: of IPv6 its network, in which a host has addresses at will.
 fn guest(ip: IpAddr) -> SeatClient {
-    let user = match ip {
+    // A server that listens at `[::]` sees IPv4 addresses in the form of IPv6.
+    let user = match ip.to_canonical() {
         IpAddr::V4(ip) => ip.to_bits(),
         IpAddr::V6(ip) => {
             let network = ip.to_bits() >> 64;
@@ -171,5 +172,19 @@ async fn pipe(
         if to.write_all(&piece[..count]).await.is_err() {
             return Ok(());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_address_has_places_of_its_own_and_an_ipv6_network_those_of_one() {
+        let user = |text: &str| guest(text.parse().expect("an address")).user;
+        assert_eq!(user("10.0.0.5"), user("::ffff:10.0.0.5"));
+        assert_ne!(user("::ffff:10.0.0.5"), user("::ffff:10.0.0.6"));
+        assert_eq!(user("2001:db8:1:2::1"), user("2001:db8:1:2:ffff::9"));
+        assert_ne!(user("2001:db8:1:2::1"), user("2001:db8:1:3::1"));
     }
 }

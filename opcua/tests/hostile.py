@@ -219,7 +219,7 @@ async def idle(process):
 
 
 async def has_few_files(process):
-    return len(os.listdir(f"/proc/{process.process.pid}/fd")) < 200
+    return len(os.listdir(f"/proc/{process.process.pid}/fd")) < 400
 
 
 async def certificates():
