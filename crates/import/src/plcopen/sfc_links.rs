@@ -28,6 +28,9 @@ pub(super) struct ChartLinks {
     pub(super) order: Vec<usize>,
     /// The transitions as the text has them.
     pub(super) transition_order: Vec<usize>,
+    /// The transitions as the generator of the text meets them: what leads to them is executed in
+    /// this order.
+    pub(super) met: Vec<usize>,
 }
 
 /// Where a transition leads from and to.
@@ -283,7 +286,7 @@ fn order(chart: &SfcChart, found: &mut ChartLinks, before: &Before) {
 }
 
 /// The transitions that leave each step, in the order in which the generator meets them.
-fn leaving(chart: &SfcChart, found: &ChartLinks, before: &Before) -> Vec<Vec<usize>> {
+fn leaving(chart: &SfcChart, found: &mut ChartLinks, before: &Before) -> Vec<Vec<usize>> {
     let mut leaving: Vec<Vec<usize>> = vec![Vec::new(); chart.steps.len()];
     let mut has_step = vec![false; chart.steps.len()];
     let mut has_transition = vec![false; chart.transitions.len()];
@@ -306,6 +309,7 @@ fn leaving(chart: &SfcChart, found: &ChartLinks, before: &Before) -> Vec<Vec<usi
                         .extend(before.steps[at].iter().rev().map(|one| Visit::Transition(*one)));
                 }
                 Visit::Transition(at) if !std::mem::replace(&mut has_transition[at], true) => {
+                    found.met.push(at);
                     for step in found.transitions[at].from.iter().rev() {
                         waiting.push(Visit::From { step: *step, transition: at });
                         waiting.push(Visit::Step(*step));

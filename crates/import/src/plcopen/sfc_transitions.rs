@@ -26,7 +26,7 @@ const PRIORITY: &str = "a condition reads which steps were active when the scan 
 
 impl ChartWork<'_> {
     pub(super) fn transitions(&mut self) {
-        let order = self.links.transition_order.clone();
+        let order = self.links.met.clone();
         let mut elements = self.chart.ladder.clone();
         let first = elements.len();
         for at in &order {
@@ -55,6 +55,7 @@ impl ChartWork<'_> {
                 conditions.insert(*at, condition.clone());
             }
         }
+        let order = self.links.transition_order.clone();
         for group in self.groups(&order) {
             self.selection(&group, &conditions);
         }
