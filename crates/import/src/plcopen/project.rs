@@ -252,11 +252,15 @@ impl ProjectWork<'_> {
     /// The parts of a chart that is not translated.
     pub(super) fn refused_chart(&mut self, unit: &ProgramUnit, chart: &SfcChart, why: &str) {
         chart.ladders().for_each(|elements| self.refused(unit, elements, why));
-        let steps = chart.steps.iter().map(|step| ["step", &step.name]);
+        let steps = chart
+            .steps
+            .iter()
+            .map(|step| [if step.is_macro { "macroStep" } else { "step" }, step.name.as_str()]);
+        let links = chart.links.iter().map(|link| [link.kind.name(), link.target.as_str()]);
         let transitions = chart.transitions.iter().map(|_| ["transition", ""]);
         let actions = chart.blocks.iter().flat_map(|block| &block.actions);
-        let actions = actions.map(|action| ["action", &action.qualifier]);
-        let rows = steps.chain(transitions).chain(actions).enumerate();
+        let actions = actions.map(|action| ["action", action.qualifier.as_str()]);
+        let rows = steps.chain(transitions).chain(actions).chain(links).enumerate();
         let rows = rows.map(|(number, [kind, name])| RungOutcome {
             place: format!("{}, chart", unit.name),
             number,

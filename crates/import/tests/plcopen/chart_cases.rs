@@ -4,6 +4,7 @@ use rungd_import::model::{Fate, ForeignProject};
 use rungd_import::plcopen;
 use rungd_test_support::plc::Plc;
 
+use super::counter::is_complete;
 use crate::plant;
 
 /// A program with a chart; `lists` are its `actions` and `transitions`.
@@ -405,10 +406,12 @@ fn what_does_nothing_in_a_chart_is_named() {
 #[test]
 fn a_function_block_with_a_chart_is_named_with_all_its_parts() {
     let chart = [step(1, "Start", &[]), transition(2, "a", &[1]), step(3, "Run", &[2])].concat()
-        + &action(20, 3, "", &named("a"));
+        + &action(20, 3, "", &named("a"))
+        + &jump(21, "Start", &[]);
     let text = chart_file(&["a"], "", &chart).replace("\"program\"", "\"functionBlock\"");
     let project = plcopen::read(&text).unwrap();
-    assert_eq!(project.outcome.counts().todo, 4);
+    assert_eq!(project.outcome.counts().todo, 5);
+    is_complete(&text);
     assert_eq!(
         fate(&project, "step Run"),
         Fate::Todo("a function block: its body is in SFC".to_owned())
