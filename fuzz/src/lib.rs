@@ -494,7 +494,7 @@ pub fn test_file(bytes: &[u8]) {
 /// A file of retentive memory: shows it, and searches for its newest image.
 pub fn retain(bytes: &[u8]) {
     let mut disk = Disk(bytes.to_vec());
-    let _ = rungd_state::retain::show::show(&mut disk);
+    let _ = rungd_state::retain::show::show(&mut disk, &|_, _| None);
     let _ = rungd_state::retain::slots::survey(&mut disk);
     if let Some(content) = rungd_state::retain::content::read(bytes) {
         let _ = format!("{content:?}");
