@@ -17,6 +17,7 @@ use crate::inputs::{addresses, brought, is_given, of_arrays, range, x_number};
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use crate::named_input::{InputSetting, NamedInput};
 use crate::race::{Decision, OpenQuestion};
+use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::{Address, Bit, BitSpace, DeviceBit, DeviceId, Mnemonic, NumberMap};
 use rungd_engine::{Cell, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
@@ -98,6 +99,28 @@ fn same(pair: &OutputPair) -> Contact {
     }
 }
 
+/// Refuses ladders of which one is scanned, or kept in an image, more often than the other one: the
+/// model has one time for both.
+fn have_same_times(question: &EqualQuestion) -> Result<(), String> {
+    let [old, new] = [question.old, question.new].map(|suite| &suite.programs[0].controller);
+    if old.period != new.period {
+        let [old, new] = [old.period, new.period].map(ScanPeriod::words);
+        return Err(format!(
+            "the period of OLD is {old} and that of NEW {new}: compare them with the same period; \
+             `--period` is that of a ladder without a controller file"
+        ));
+    }
+    let [old, new] = [old, new].map(|controller| controller.retention.interval_ms);
+    let has_images = [question.old, question.new].into_iter().all(retains);
+    if old != new && has_images && question.events.contains(&ProofEvent::PowerCut) {
+        return Err(format!(
+            "the `interval` of `[retain]` is {old} ms in OLD and {new} ms in NEW: compare them \
+             with the same one, or without power cuts"
+        ));
+    }
+    Ok(())
+}
+
 /// The two ladders.
 struct LadderPair<'a> {
     old: &'a Program,
@@ -111,6 +134,7 @@ impl<'a> LadderPair<'a> {
     fn of(question: &'a EqualQuestion<'a>) -> Result<LadderPair<'a>, String> {
         let program = |suite: &'a Suite| -> &'a Program { &suite.programs[0].program };
         let (old, new) = (program(question.old), program(question.new));
+        have_same_times(question)?;
         let map = question.map.iter().map(|(old, new)| (old.as_str(), new.as_str())).collect();
         let has = |program: &Program, wanted: fn(&Address) -> bool| {
             program.operands.iter().any(|operand| wanted(&operand.address))

@@ -74,8 +74,9 @@ pub struct DownTime {
 }
 
 impl DownTime {
-    /// The greatest value: what a step of a test can say, s.
-    pub(crate) const MAX: i32 = (u32::MAX / 1000).cast_signed();
+    /// The greatest value that a process finds, s. A step of a test cannot say it: its times end
+    /// at `u32::MAX` ms, so a run that needs a longer one is not confirmed.
+    pub(crate) const MAX: i32 = i32::MAX;
 }
 
 /// A cell that an image has.

@@ -136,10 +136,11 @@ impl ProofModel {
         self.events.kinds.get(usize::try_from(number).ok()?.checked_sub(1)?).copied()
     }
 
-    /// The time without a process, if one ends behind a scan, ms.
+    /// The time without a process, if one ends behind a scan, ms; the longest one for all that are
+    /// longer.
     pub(crate) fn down_ms(&self, choices: &[i32]) -> u32 {
         let seconds = self.down_place().map_or(0, |at| choices[at]);
-        seconds.unsigned_abs() * 1000
+        seconds.unsigned_abs().saturating_mul(1000)
     }
 
     /// The place of the time without a process among the choices of a scan.

@@ -13,6 +13,7 @@ use crate::cone::Cone;
 use crate::deduce::system::ScanSystem;
 use crate::deduce::{Deduced, Patience, Reason, deduce};
 use crate::encode::{encode, obstacle};
+use crate::events::ScanEvent;
 use crate::explore::{Attained, ExploreLimits, Explored, explore_can, explore_cone};
 use crate::gates::{GateCut, Gates};
 use crate::gates_merged::merged;
@@ -241,7 +242,7 @@ fn deduced<'g>(
             if Run::leads_to(model, target, &path) {
                 let path = with_cold_values(model, target, path);
                 let path = with_fewer_events(model, target, path);
-                let path = with_short_times(model, target, path);
+                let path = with_short_times(model, target, path, patience);
                 return Decision::Found(DEDUCING, path);
             }
             return Decision::Open(OpenQuestion {
@@ -295,13 +296,22 @@ fn with_fewer_events(model: &ProofModel, target: Target, mut path: Path) -> Path
     path
 }
 
-/// The same path with short times without a process: a second less, and it does something else.
-fn with_short_times(model: &ProofModel, target: Target, mut path: Path) -> Path {
+/// The same path with short times without a process: a second less, and it does something else. It
+/// looks for them while time is left.
+fn with_short_times(
+    model: &ProofModel,
+    target: Target,
+    mut path: Path,
+    patience: &Patience,
+) -> Path {
     let Some(place) = model.down_place() else { return path };
+    let begins = |scan: &[i32]| model.event(scan).is_some_and(ScanEvent::begins_process);
+    // Where no process begins, nothing reads the time.
+    path.scans.iter_mut().filter(|scan| !begins(scan)).for_each(|scan| scan[place] = 0);
     for at in 0..path.scans.len() {
         // It does so with `most`, and not with anything that was tried below `least`.
         let (mut least, mut most) = (0, path.scans[at][place]);
-        while least < most {
+        while least < most && !patience.is_over() {
             let tried = least + (most - least) / 2;
             path.scans[at][place] = tried;
             match Run::leads_to(model, target, &path) {
@@ -312,4 +322,70 @@ fn with_short_times(model: &ProofModel, target: Target, mut path: Path) -> Path 
         path.scans[at][place] = most;
     }
     path
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::question::Questions;
+    use rungd_lab::testing::read_suite;
+    use rungd_test_support::folder::TestFolder;
+    use rungd_test_support::patience::PATIENCE;
+    use std::fs;
+
+    const LADDER: &str = r#"
+[tags]
+running = { at = "C0" }
+waste   = { at = "C1" }
+[[program]]
+name = "Main"
+rung = [
+  { when = ["X0"], do = ["SET running"] },
+  { when = ["$FirstScan", "running", "$DownSeconds > 600"], do = ["SET waste"] },
+]
+"#;
+
+    const TEST: &str = r#"
+ladder = ["ladder.toml"]
+always = ["!waste"]
+[retain]
+tags = ["running"]
+[prove]
+events = ["restart"]
+"#;
+
+    /// A quiet scan, the press before a restart, and a scan of the new process, with long times
+    /// without one; then the times that are left of them.
+    fn shortened(patience: &Patience) -> Vec<i32> {
+        let folder = TestFolder::new("prove-short-times");
+        let file = folder.path().join("a.test.toml");
+        fs::write(folder.path().join("ladder.toml"), LADDER).expect("a ladder");
+        fs::write(&file, TEST).expect("a test file");
+        let suite = read_suite(&file).expect("a file").suite.expect("a suite");
+        let questions = Questions::new(suite);
+        let (model, target) = (&questions.model, questions.lines[0].target);
+        let down = model.down_place().expect("a time without a process");
+        let event = model.event_place().expect("an event");
+        let scan = |pressed: i32, seconds: i32| {
+            let choices = model.choices().into_iter();
+            let mut row: Vec<i32> =
+                choices.map(|choice| if choice.high == 1 { pressed } else { 0 }).collect();
+            (row[down], row[event]) = (seconds, pressed);
+            row
+        };
+        let path = Path { scans: vec![scan(0, 5_000), scan(1, 9_000_000), scan(0, 70)] };
+        assert!(Run::leads_to(model, target, &path));
+        let path = with_short_times(model, target, path, patience);
+        assert!(Run::leads_to(model, target, &path));
+        path.scans.iter().map(|scan| scan[down]).collect()
+    }
+
+    #[test]
+    fn the_shortest_time_without_a_process_is_looked_for_while_time_is_left() {
+        let given_up = Arc::new(AtomicBool::new(false));
+        let patience = Patience::new(PATIENCE, &given_up);
+        assert_eq!(shortened(&patience), [0, 601, 0]);
+        given_up.store(true, Ordering::Relaxed);
+        assert_eq!(shortened(&patience), [0, 9_000_000, 0]);
+    }
 }

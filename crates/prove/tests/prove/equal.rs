@@ -23,12 +23,13 @@ rung = [
 ]
 "#;
 
-/// The test file of a ladder; `retain`: its table.
+/// The test file of a ladder; `retain`: its table, or another period than 10 ms and the table.
 fn suite(ladder: &str, retain: &str) -> Suite {
     let folder = TestFolder::new("prove-equal");
     let path = folder.path().join("a.test.toml");
     fs::write(folder.path().join("ladder.toml"), ladder).expect("a ladder");
-    let test = format!("ladder = [\"ladder.toml\"]\nperiod = \"10ms\"\nalways = []\n{retain}");
+    let period = if retain.starts_with("period") { "" } else { "period = \"10ms\"\n" };
+    let test = format!("ladder = [\"ladder.toml\"]\nalways = []\n{period}{retain}");
     fs::write(&path, test).expect("a test file");
     let read = read_suite(&path).expect("a file");
     let found: Vec<&String> = read.findings.iter().map(|finding| &finding.message).collect();
@@ -107,4 +108,79 @@ fn ladders_of_which_one_retains_nothing_are_not_compared_over_new_processes() {
     let refused = compared([(OLD, retain), (OLD, "")], &ALL[..1]).expect_err("it is refused");
     assert!(refused.starts_with("one ladder retains something and the other one nothing"));
     assert!(are_equal([(OLD, retain), (OLD, "")], &ALL[2..]));
+}
+
+/// A ladder with retained `n` and these rungs.
+fn with_n(n: &str, rungs: &str) -> String {
+    format!(
+        "[tags]\nbutton = {{ at = \"X0\" }}\nlamp = {{ at = \"Y0\" }}\nn = {n}\n\
+         [[program]]\nname = \"Main\"\nrung = [\n{rungs}]\n"
+    )
+}
+
+const RETAIN_N: &str = "[retain]\ntags = [\"n\"]\n";
+
+#[test]
+fn a_retained_tag_of_one_name_and_two_types_is_restored_in_both_ladders() {
+    let set = "  { when = [\"button\"], do = [\"MOVE 1 to=n\"] },\n  \
+               { when = [\"n > 0\"], do = [\"OUT lamp\"] },\n";
+    let old = with_n("{ type = \"int\" }", set);
+    let latch = "  { when = [\"button\"], do = [\"SET n\"] },\n  \
+                 { when = [\"n\"], do = [\"OUT lamp\"] },\n";
+    let keeps = with_n("{ type = \"bit\" }", latch);
+    let resets = "  { when = [\"$FirstScan\"], do = [\"RST n\"] },\n";
+    let forgets = with_n("{ type = \"bit\" }", &format!("{resets}{latch}"));
+    for events in [&ALL[..1], &ALL[1..2]] {
+        let found = difference([(&old, RETAIN_N), (&forgets, RETAIN_N)], events);
+        assert_eq!((found.outputs[0].old.as_str(), found.outputs[0].new.as_str()), ("ON", "OFF"));
+        assert!(are_equal([(&old, RETAIN_N), (&keeps, RETAIN_N)], events));
+    }
+}
+
+#[test]
+fn the_clock_of_a_retained_shift_register_is_restored_in_both_ladders() {
+    let bits = "{ type = \"bit\", count = 2 }";
+    let shift = "  { leg.data = [\"$On\"], leg.clk = [\"button\"], leg.rst = [\"$Off\"], \
+                 do = [\"SR n\"] },\n";
+    let lamp = "  { when = [\"n[1]\"], do = [\"OUT lamp\"] },\n";
+    let old = with_n(bits, &format!("{shift}{lamp}"));
+    let edges = "  { when = [\"rise(button)\", \"n[0]\"], do = [\"SET n[1]\"] },\n  \
+                 { when = [\"rise(button)\"], do = [\"SET n[0]\"] },\n";
+    let new = with_n(bits, &format!("{edges}{lamp}"));
+    // An edge has no retained history: behind a restart it comes again.
+    assert!(are_equal([(&old, RETAIN_N), (&new, RETAIN_N)], &[]));
+    let found = difference([(&old, RETAIN_N), (&new, RETAIN_N)], &ALL[1..2]);
+    assert_eq!((found.outputs[0].old.as_str(), found.outputs[0].new.as_str()), ("OFF", "ON"));
+    let main = "rung = [ { when = [\"$Off\"], do = [\"OUT C9\"] } ]\n[[program]]\n\
+                name = \"Shifting\"\nautostart = true\nrung = [\n";
+    let moved = old.replace("rung = [\n", main);
+    assert!(are_equal([(&old, RETAIN_N), (&moved, RETAIN_N)], &ALL));
+}
+
+#[test]
+fn a_time_without_a_process_that_no_step_can_say_leaves_the_question_open() {
+    let old = OLD.replace("> 600", "> 5000000");
+    let new = OLD.replace("$DownSeconds > 600", "$Off");
+    let retain = "[retain]\ntags = [\"running\"]\n";
+    let answer = compared([(&old, retain), (&new, retain)], &ALL[1..2]);
+    assert!(matches!(answer, Ok(EqualAnswer::NotDecided(..))), "{answer:?}");
+}
+
+#[test]
+fn ladders_with_different_periods_are_not_compared() {
+    let slow = "period = \"20ms\"\n";
+    let refused = compared([(OLD, ""), (OLD, slow)], &[]).expect_err("it is refused");
+    let told = "the period of OLD is 10 ms and that of NEW 20 ms: ";
+    assert!(refused.starts_with(told), "{refused}");
+    assert!(are_equal([(OLD, slow), (OLD, slow)], &[]));
+}
+
+#[test]
+fn ladders_whose_images_are_kept_at_different_times_are_not_compared_over_power_cuts() {
+    let retain = "[retain]\ntags = [\"running\"]\n";
+    let often = format!("{retain}interval = \"10ms\"\n");
+    let refused = compared([(OLD, retain), (OLD, &often)], &ALL).expect_err("it is refused");
+    let told = "the `interval` of `[retain]` is 1000 ms in OLD and 10 ms in NEW: ";
+    assert!(refused.starts_with(told), "{refused}");
+    assert!(are_equal([(OLD, retain), (OLD, &often)], &ALL[1..]));
 }

@@ -211,6 +211,16 @@ fn a_new_process_finds_any_time_without_one() {
 }
 
 #[test]
+fn a_time_without_a_process_may_be_longer_than_a_step_can_say() {
+    let ladder = BATCH.replace("> 600", "> 5000000");
+    let line = "always = [\"!waste\"]\n";
+    for event in ["power-cut", "restart"] {
+        let test = retained(line, "interval = \"10ms\"\n", event);
+        assert_eq!(words(&ladder, &test), ["not decided"]);
+    }
+}
+
+#[test]
 fn a_start_with_retained_memory_finds_any_time_without_a_process() {
     let lines = "always = [\"!waste | $FirstScan\", \"$DownSeconds < 5\"]\n[retain]\n\
                  tags = [\"running\"]\n[prove]\nfrom = \"retained\"\n";

@@ -227,14 +227,17 @@ impl RetainPlan {
     }
 
     /// The cells that an image of the same program restores. `sizes`: the numbers of all bits and
-    /// words of an engine with the program.
+    /// words of an engine with the program. Its tags may share names, as those of two programs in
+    /// one memory do.
     pub fn restored_cells(&self, sizes: MemoryCount) -> Vec<RestoredCell> {
         let mut content = Vec::new();
         self.gather(&vec![1; sizes.bits], &vec![0; sizes.words], &mut content);
-        let found = content::read(&content).expect("its own content");
-        // Without limits nothing is refused.
-        let unlimited = RetainPlan { limits: RetainedLimits::default(), ..self.clone() };
-        let puts = unlimited.restore(&found, true).puts.into_iter();
+        let mut found = content::read(&content).expect("its own content");
+        // Without limits nothing is refused; without tags each element takes its own value.
+        found.tags.clear();
+        let (limits, tags) = (RetainedLimits::default(), Vec::new());
+        let plain = RetainPlan { limits, tags, ..self.clone() };
+        let puts = plain.restore(&found, true).puts.into_iter();
         let limits = |cell| {
             let at = self.layout.address(cell).and_then(element_of)?;
             self.limits.of(at)
