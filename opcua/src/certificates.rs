@@ -112,6 +112,15 @@ fn of_folder(folder: &Path, is_trusted: bool) -> Result<Vec<ClientCertificate>> 
     Ok(found)
 }
 
+/// Whether a certificate with this thumbprint (SHA-1) is among the trusted ones, by the names that
+/// the library gives their files.
+pub fn is_trusted(folder: &Path, thumbprint: &[u8]) -> bool {
+    let hex: String = thumbprint.iter().map(|byte| format!("{byte:02x}")).collect();
+    let Ok(entries) = fs::read_dir(folder.join(TRUSTED)) else { return false };
+    let names = entries.filter_map(|entry| entry.ok()?.file_name().into_string().ok());
+    !hex.is_empty() && names.into_iter().any(|name| name.to_ascii_lowercase().contains(&hex))
+}
+
 /// The name in a certificate, without what a terminal would obey.
 pub fn shown_name(certificate: &X509) -> String {
     let name = certificate.common_name().unwrap_or_default();
@@ -178,7 +187,9 @@ mod tests {
         assert!(make_own(&settings(&folder)).expect("made"));
         assert!(!make_own(&settings(&folder)).expect("known"));
         let own = folder.join("own/cert.der");
-        fs::copy(&own, folder.join("rejected/a [1].der")).expect("copied");
+        let certificate = CertificateStore::read_cert(&own).expect("read");
+        let file = CertificateStore::cert_file_name(&certificate);
+        fs::copy(&own, folder.join("rejected").join(file)).expect("copied");
         fs::write(folder.join("rejected/junk.der"), b"junk").expect("written");
         let all = clients(&folder).expect("read");
         let [client] = &all[..] else { panic!("{all:?}") };
@@ -187,7 +198,11 @@ mod tests {
         assert!(set_trust(&folder, "zz", true).is_err() && set_trust(&folder, "", true).is_err());
         assert!(set_trust(&folder, start, true).expect("moved").is_trusted);
         assert!(clients(&folder).expect("read")[0].is_trusted);
+        let thumbprint = certificate.thumbprint();
+        assert!(is_trusted(&folder, thumbprint.value()));
+        assert!(!is_trusted(&folder, &[0; 20]) && !is_trusted(&folder, &[]));
         assert!(!set_trust(&folder, start, false).expect("moved").is_trusted);
+        assert!(!is_trusted(&folder, thumbprint.value()));
         for number in 0..REJECTED_MAX + 20 {
             fs::write(folder.join(format!("rejected/{number}.der")), b"junk").expect("written");
         }

@@ -90,8 +90,12 @@ impl ConditionMethods {
         let request =
             Request::Ack { alarms: vec![known.tag().to_owned()], for_user: Some(who.to_owned()) };
         let what = format!("{who} acknowledges {tag}");
-        match self.followed.ask::<AckList>(request).await {
-            Ok(_) => {
+        let done = match self.followed.judge(&context.token, &[]) {
+            Ok(()) => self.followed.ask::<AckList>(request).await.map(|_| ()),
+            Err(refusal) => Err(refusal),
+        };
+        match done {
+            Ok(()) => {
                 self.lines.say(ClientLine::Acknowledge, &what);
                 StatusCode::Good
             }
@@ -101,6 +105,22 @@ impl ConditionMethods {
                 status
             }
         }
+    }
+
+    /// Carries out a method of shelves, if the user may change alarms.
+    async fn shelve(
+        &self,
+        method: ShelvingMethod,
+        context: &RequestContext,
+        call: &MethodCall,
+    ) -> StatusCode {
+        let who = user(context);
+        let Err((status, why)) = self.followed.judge(&context.token, &[]) else {
+            return self.shelves.call(method, call, who).await;
+        };
+        let line = format!("{who} {} an alarm, and is refused: {why}", method.words());
+        self.lines.say(ClientLine::Shelve, &line);
+        status
     }
 
     /// Tells what stands once more.
@@ -154,9 +174,7 @@ impl NodeManager for ConditionMethods {
             let status = match ConditionMethod::of(call.method_id()) {
                 Some(ConditionMethod::Acknowledge) => self.acknowledge(context, call).await,
                 Some(ConditionMethod::Refresh) => self.refresh(context),
-                Some(ConditionMethod::Shelving(method)) => {
-                    self.shelves.call(method, call, user(context)).await
-                }
+                Some(ConditionMethod::Shelving(method)) => self.shelve(method, context, call).await,
                 None => StatusCode::BadMethodInvalid,
             };
             call.set_status(status);

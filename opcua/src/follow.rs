@@ -6,12 +6,13 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use opcua::server::authenticator::UserToken;
 use opcua::types::StatusCode;
 use rungd_base::locked::locked;
 use rungd_client::live::{ChangeFollower, LogEvent, LogPosition, LoggedChange, LookFailure};
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{ControllerPoller, PollPace, PolledController};
-use rungd_client::operator::protocol::{AlarmList, ControllerStatus, Request};
+use rungd_client::operator::protocol::{AlarmList, ControllerStatus, GivenWrite, Request};
 use rungd_client::operator::socket_of_environment;
 use rungd_engine::isa::Address;
 use rungd_fleet::opcua::OpcUaSettings;
@@ -20,6 +21,7 @@ use serde::de::DeserializeOwned;
 use tokio::sync::mpsc;
 
 use crate::journal::say;
+use crate::rights::PlantRights;
 use crate::shown::ShownTree;
 use crate::tags::{chooser, tree};
 use crate::values::refused;
@@ -53,6 +55,8 @@ pub enum PlantReport {
 #[derive(Clone, Debug)]
 pub struct PlantController {
     poller: Arc<Mutex<ControllerPoller>>,
+    /// The rights of users under the present program; `None`: it is not known yet.
+    rights: Arc<Mutex<Option<PlantRights>>>,
 }
 
 impl PlantController {
@@ -60,7 +64,7 @@ impl PlantController {
     pub fn new(named: Option<PathBuf>) -> PlantController {
         let named = named.or_else(socket_of_environment);
         let poller = ControllerPoller::new(named, ANSWER_MAX);
-        PlantController { poller: Arc::new(Mutex::new(poller)) }
+        PlantController { poller: Arc::new(Mutex::new(poller)), rights: Arc::default() }
     }
 
     /// The controller at this time.
@@ -76,6 +80,22 @@ impl PlantController {
 pub type NotDone = (StatusCode, String);
 
 impl PlantController {
+    /// Judges a change of a user: of alarms, or these writes.
+    ///
+    /// # Errors
+    /// The user's role is too low, or not known yet.
+    pub fn judge(&self, user: &UserToken, writes: &[GivenWrite]) -> Result<(), NotDone> {
+        if user.is_anonymous() {
+            return Ok(());
+        }
+        let rights = locked(&self.rights);
+        let Some(rights) = &*rights else {
+            let why = "the controller's program is not known yet".to_owned();
+            return Err((StatusCode::BadNoCommunication, why));
+        };
+        rights.judge(&user.0, writes).map_err(|why| (StatusCode::BadUserAccessDenied, why))
+    }
+
     /// Sends a request of a client.
     ///
     /// # Errors
@@ -191,6 +211,7 @@ impl PlantThread {
                 LogEvent::Begins { program, values, at } => {
                     self.send(PlantReport::Changes(std::mem::take(&mut changes)))?;
                     let playable = &program.playable;
+                    *locked(&self.followed.rights) = Some(PlantRights::of(playable));
                     let inputs = inputs_of_devices(playable);
                     let tree = tree(&self.settings, &playable.program, &playable.symbols, &inputs);
                     let shown = Arc::new(ShownTree::new(tree));

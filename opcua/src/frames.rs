@@ -14,8 +14,10 @@ const STRANGER_BYTES_MAX: u32 = 16_384;
 const MESSAGE_BYTES_MAX: u32 = 5 << 20;
 /// The length of the header of a frame: kind, chunk, size.
 const HEADER_BYTES: usize = 8;
-/// How much of a frame is kept: the header, and of an OPN the channel and its policy.
-const PREFIX_BYTES_MAX: usize = HEADER_BYTES + 8 + 255;
+/// How much of a frame is kept: the header and the ids of a message.
+const PREFIX_BYTES_MAX: usize = HEADER_BYTES + 20;
+/// The same of an OPN: the channel, its policy and its certificates.
+const OPEN_BYTES_MAX: usize = 8192;
 /// The policy of channels without encryption.
 const POLICY_NONE: &[u8] = b"http://opcfoundation.org/UA/SecurityPolicy#None";
 /// What everybody may ask: FindServers, GetEndpoints, FindServersOnNetwork, by the ids of their
@@ -104,13 +106,13 @@ impl FrameScanner {
             }
             let wanted = match self.header()? {
                 None => HEADER_BYTES,
-                Some((.., size)) => PREFIX_BYTES_MAX.min(size as usize),
+                Some((kind, _, size)) => kept(kind, size),
             };
             let taken = (wanted - self.prefix.len()).min(bytes.len());
             self.prefix.extend_from_slice(&bytes[..taken]);
             bytes = &bytes[taken..];
             let Some((kind, chunk, size)) = self.header()? else { continue };
-            let kept = PREFIX_BYTES_MAX.min(size as usize);
+            let kept = kept(kind, size);
             if self.prefix.len() == kept {
                 judge(FrameStart { kind, chunk, size, body: &self.prefix[HEADER_BYTES..] })?;
                 self.left = size as usize - kept;
@@ -144,14 +146,30 @@ impl FrameScanner {
     }
 }
 
-/// The channel that a client asks for.
+/// How much of a frame is kept, bytes.
+fn kept(kind: FrameKind, size: u32) -> usize {
+    let most = match kind {
+        FrameKind::Open => OPEN_BYTES_MAX,
+        FrameKind::Hello
+        | FrameKind::Acknowledge
+        | FrameKind::Message
+        | FrameKind::Close
+        | FrameKind::Error => PREFIX_BYTES_MAX,
+    };
+    most.min(size as usize)
+}
+
+/// The channel of a connection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum AskedChannel {
-    /// None yet.
+enum ClientChannel {
+    /// None is asked for yet.
     Missing,
-    /// Without encryption, where only discovery is answered.
+    /// Not opened by the server yet, or without encryption: only discovery is answered.
     Discovery,
-    /// One in which sessions are possible.
+    /// Opened by the server, with a certificate that nobody trusts: the library looks for that
+    /// only when a session begins.
+    Untrusted,
+    /// Opened by the server for somebody who may have a session.
     Usable,
 }
 
@@ -161,7 +179,9 @@ pub struct ClientRules {
     /// Whether sessions without encryption are possible.
     insecure: bool,
     greeted: bool,
-    channel: AskedChannel,
+    channel: ClientChannel,
+    /// Whether the channel that the client asked for last is one for discovery alone.
+    asks_discovery: bool,
     /// The length of the present message so far, bytes.
     message: u32,
 }
@@ -169,12 +189,32 @@ pub struct ClientRules {
 impl ClientRules {
     /// The rules for a new connection. `insecure`: sessions without encryption are possible.
     pub fn new(insecure: bool) -> ClientRules {
-        ClientRules { insecure, greeted: false, channel: AskedChannel::Missing, message: 0 }
+        let channel = ClientChannel::Missing;
+        ClientRules { insecure, greeted: false, channel, asks_discovery: true, message: 0 }
     }
 
-    /// Whether the channel that the client asked for last is one for sessions.
-    pub fn wants_session(&self) -> bool {
-        self.channel == AskedChannel::Usable
+    /// Takes the OPN with which the server opens a channel or renews it: what the client asks for
+    /// alone makes nobody known. `trusts` is given the thumbprint of the client's certificate.
+    /// Returns whether the client may have a session.
+    ///
+    /// # Errors
+    /// The body is not that of an OPN.
+    pub fn opened(
+        &mut self,
+        body: &[u8],
+        trusts: impl FnOnce(&[u8]) -> bool,
+    ) -> Result<bool, FrameRefusal> {
+        let (policy, rest) = policy(body)?;
+        self.channel = if self.asks_discovery || (policy == POLICY_NONE && !self.insecure) {
+            ClientChannel::Discovery
+        } else if policy == POLICY_NONE || self.channel == ClientChannel::Usable {
+            ClientChannel::Usable
+        } else {
+            let (_, rest) = byte_string(rest)?;
+            let (thumbprint, _) = byte_string(rest)?;
+            if trusts(thumbprint) { ClientChannel::Usable } else { ClientChannel::Untrusted }
+        };
+        Ok(self.channel == ClientChannel::Usable)
     }
 
     /// Judges a frame of the client.
@@ -190,11 +230,10 @@ impl ClientRules {
             FrameKind::Hello => short(&frame),
             FrameKind::Open => {
                 short(&frame)?;
-                let is_none = policy(frame.body)? == POLICY_NONE;
-                self.channel = match is_none && !self.insecure {
-                    true => AskedChannel::Discovery,
-                    false => AskedChannel::Usable,
-                };
+                self.asks_discovery = policy(frame.body)?.0 == POLICY_NONE && !self.insecure;
+                if self.asks_discovery || self.channel == ClientChannel::Missing {
+                    self.channel = ClientChannel::Discovery;
+                }
                 Ok(())
             }
             FrameKind::Message => self.message(&frame),
@@ -205,15 +244,16 @@ impl ClientRules {
 
     fn message(&mut self, frame: &FrameStart<'_>) -> Result<(), FrameRefusal> {
         match self.channel {
-            AskedChannel::Missing => Err(FrameRefusal::OutOfOrder),
-            AskedChannel::Discovery => {
+            ClientChannel::Missing => Err(FrameRefusal::OutOfOrder),
+            ClientChannel::Discovery => {
                 short(frame)?;
                 match service(frame.body) {
                     Some(service) if DISCOVERY.contains(&service) => Ok(()),
                     Some(_) | None => Err(FrameRefusal::NotEncrypted),
                 }
             }
-            AskedChannel::Usable => {
+            ClientChannel::Untrusted => short(frame),
+            ClientChannel::Usable => {
                 self.message = self.message.saturating_add(frame.size);
                 if self.message > MESSAGE_BYTES_MAX {
                     return Err(FrameRefusal::TooLong);
@@ -238,12 +278,16 @@ fn short(frame: &FrameStart<'_>) -> Result<(), FrameRefusal> {
     }
 }
 
-/// The policy in the body of an OPN: behind the channel's number, as a string.
-fn policy(body: &[u8]) -> Result<&[u8], FrameRefusal> {
-    let text = body.get(4..).and_then(|rest| rest.split_first_chunk());
-    let (length, text) = text.ok_or(FrameRefusal::NotOpcUa)?;
+/// The policy in the body of an OPN, which stands behind the channel's number, and what follows.
+fn policy(body: &[u8]) -> Result<(&[u8], &[u8]), FrameRefusal> {
+    byte_string(body.get(4..).ok_or(FrameRefusal::NotOpcUa)?)
+}
+
+/// A string at the beginning of bytes, and what follows.
+fn byte_string(bytes: &[u8]) -> Result<(&[u8], &[u8]), FrameRefusal> {
+    let (length, text) = bytes.split_first_chunk().ok_or(FrameRefusal::NotOpcUa)?;
     let length = usize::try_from(u32::from_le_bytes(*length)).unwrap_or(usize::MAX);
-    text.get(..length).ok_or(FrameRefusal::NotOpcUa)
+    text.split_at_checked(length).ok_or(FrameRefusal::NotOpcUa)
 }
 
 /// The service in the body of a MSG without encryption: behind the numbers of channel, token,
@@ -272,8 +316,14 @@ mod tests {
     }
 
     fn open(policy: &[u8]) -> Vec<u8> {
-        let length = policy.len() as u32;
-        let body = [&[0; 4][..], &length.to_le_bytes(), policy].concat();
+        opened_for(policy, TRUSTED)
+    }
+
+    /// The OPN with which a server answers somebody with this thumbprint.
+    fn opened_for(policy: &[u8], thumbprint: &[u8]) -> Vec<u8> {
+        let string = |text: &[u8]| [&(text.len() as u32).to_le_bytes(), text].concat();
+        let body = [&[0; 4][..], &string(policy), &string(&[7; 1200]), &string(thumbprint)];
+        let body = body.concat();
         frame("OPNF", 8 + body.len() as u32 + 20, &body)
     }
 
@@ -282,13 +332,22 @@ mod tests {
         frame(kind, size, &body)
     }
 
+    /// Judges a frame; a channel that is asked for is opened by the server as it is asked for.
+    fn answered(rules: &mut ClientRules, frame: FrameStart<'_>) -> Result<(), FrameRefusal> {
+        rules.judge(frame)?;
+        if frame.kind == FrameKind::Open {
+            rules.opened(frame.body, |thumbprint| thumbprint == TRUSTED)?;
+        }
+        Ok(())
+    }
+
     /// The answer to frames, in pieces of each length.
     fn judged(insecure: bool, frames: &[Vec<u8>]) -> Result<(), FrameRefusal> {
         let bytes = frames.concat();
         let in_pieces = |length: usize| {
             let (mut scanner, mut rules) = (FrameScanner::default(), ClientRules::new(insecure));
             let mut pieces = bytes.chunks(length);
-            pieces.try_for_each(|piece| scanner.take(piece, |frame| rules.judge(frame)))
+            pieces.try_for_each(|piece| scanner.take(piece, |frame| answered(&mut rules, frame)))
         };
         let whole = in_pieces(bytes.len());
         for length in [1, 7, 8, 9, 270, 4096] {
@@ -297,6 +356,7 @@ mod tests {
         whole
     }
 
+    const TRUSTED: &[u8] = &[1; 20];
     const SECURE: &[u8] = b"http://opcfoundation.org/UA/SecurityPolicy#Basic256Sha256";
 
     #[test]
@@ -319,6 +379,39 @@ mod tests {
         assert_eq!(judged(true, &[hello(), open(POLICY_NONE), session.clone()]), Ok(()));
         let back = [hello(), open(SECURE), session.clone(), open(POLICY_NONE), session];
         assert_eq!(judged(false, &back), refused);
+    }
+
+    #[test]
+    fn a_channel_is_usable_when_the_server_has_opened_it_and_not_when_it_is_asked_for() {
+        let mut rules = ClientRules::new(false);
+        let asks = |rules: &mut ClientRules, bytes: &[u8]| {
+            FrameScanner::default().take(bytes, |frame| rules.judge(frame))
+        };
+        let opens = |rules: &mut ClientRules, policy: &[u8], thumbprint: &[u8]| {
+            rules.opened(&opened_for(policy, thumbprint)[8..], |known| known == TRUSTED)
+        };
+        let session = message("MSGF", 100, 461);
+        // In one write: a channel without encryption, and the begin of a request for one with it.
+        let attack = [hello(), open(POLICY_NONE), open(SECURE)].concat();
+        assert_eq!(asks(&mut rules, &attack), Ok(()));
+        assert_eq!(opens(&mut rules, POLICY_NONE, &[]), Ok(false));
+        assert_eq!(asks(&mut rules, &session), Err(FrameRefusal::NotEncrypted));
+        // With a certificate that nobody trusts a session may be asked for, in a short message.
+        assert_eq!(opens(&mut rules, SECURE, &[2; 20]), Ok(false));
+        assert_eq!(asks(&mut rules, &session), Ok(()));
+        let long = message("MSGF", 20_000, 461);
+        assert_eq!(asks(&mut rules, &long), Err(FrameRefusal::TooLong));
+        assert_eq!(opens(&mut rules, SECURE, TRUSTED), Ok(true));
+        assert_eq!(asks(&mut rules, &long), Ok(()));
+        // A renewal keeps it; a late answer does not bring it back if discovery is asked for.
+        assert_eq!(asks(&mut rules, &open(SECURE)), Ok(()));
+        assert_eq!(asks(&mut rules, &long), Ok(()));
+        assert_eq!(asks(&mut rules, &open(POLICY_NONE)), Ok(()));
+        assert_eq!(opens(&mut rules, SECURE, TRUSTED), Ok(false));
+        assert_eq!(asks(&mut rules, &session), Err(FrameRefusal::NotEncrypted));
+        let broken = &open(SECURE)[8..200];
+        assert_eq!(asks(&mut rules, &open(SECURE)), Ok(()));
+        assert_eq!(rules.opened(broken, |_| true), Err(FrameRefusal::NotOpcUa));
     }
 
     #[test]

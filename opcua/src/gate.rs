@@ -5,19 +5,23 @@
 //! gate carries the bytes of each connection there: as long as `frames` finds nothing wrong, and
 //! while a seat is free. A stranger has one of a few seats, for a short time; when all are taken,
 //! the oldest stranger leaves, of the address with the most. A peer is known when the server has
-//! opened a channel for it, which it does for trusted certificates alone.
+//! opened a channel for a certificate that a person trusts: its answer names that, and the library
+//! has then seen that the peer has the key. (It asks for trust itself only when a session begins.)
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
+use std::path::PathBuf;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use rungd_base::locked::locked;
 use rungd_io::seats::{ANY_GUEST, SeatClient, SeatSettings, Seats, TakenSeat};
+use rustix::net::sockopt;
 use tokio::io::{AsyncRead, AsyncReadExt, AsyncWrite, AsyncWriteExt};
 use tokio::net::{TcpListener, TcpStream};
 use tokio::sync::Notify;
 use tokio::time::sleep;
 
+use crate::certificates::is_trusted;
 use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner, FrameStart};
 use crate::journal::{ClientLine, ServerLines};
 
@@ -27,6 +31,10 @@ const STRANGERS_MAX: usize = 100;
 const STRANGER_MAX: Duration = Duration::from_secs(30);
 /// The connections of known peers beyond one for each session.
 const SPARE: usize = 10;
+/// A peer that says nothing is asked by its system after each of these times whether it is there.
+const GONE_ASK: Duration = Duration::from_secs(30);
+/// The longest time without an answer of a peer's system. Then its connection ends.
+const GONE_MAX: Duration = Duration::from_secs(120);
 /// How much is carried at a time, bytes.
 const PIECE: usize = 16_384;
 
@@ -36,18 +44,22 @@ pub struct ClientGate {
     inner: SocketAddr,
     /// Whether sessions without encryption are possible.
     insecure: bool,
+    /// The folder of certificates.
+    certificates: PathBuf,
     strangers: Seats,
     known: Seats,
     lines: ServerLines,
 }
 
 /// What a gate lets in.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct GateTerms {
     /// Where the server listens.
     pub inner: SocketAddr,
     /// Whether sessions without encryption are possible.
     pub insecure: bool,
+    /// The folder of certificates.
+    pub certificates: PathBuf,
     /// The most sessions.
     pub sessions: usize,
 }
@@ -69,9 +81,9 @@ impl ClientGate {
                 rest: Duration::from_millis(100),
             })
         };
-        let GateTerms { inner, insecure, sessions } = terms;
+        let GateTerms { inner, insecure, certificates, sessions } = terms;
         let (strangers, known) = (seats(STRANGERS_MAX), seats(sessions + SPARE));
-        ClientGate { inner, insecure, strangers, known, lines }
+        ClientGate { inner, insecure, certificates, strangers, known, lines }
     }
 
     /// Lets clients in, as long as it is polled.
@@ -90,9 +102,9 @@ impl ClientGate {
     /// Carries a connection until it ends.
     async fn converse(&self, client: TcpStream, address: SocketAddr, seat: Arc<TakenSeat>) {
         let Ok(server) = TcpStream::connect(self.inner).await else { return };
-        let _ = (client.set_nodelay(true), server.set_nodelay(true));
+        let _ = (client.set_nodelay(true), server.set_nodelay(true), end_if_gone(&client));
         let opened = Notify::new();
-        let carried = carry(client, server, self.insecure, &opened);
+        let carried = carry(client, server, self, &opened);
         tokio::pin!(carried);
         let ended = tokio::select! {
             ended = &mut carried => Some(ended),
@@ -122,6 +134,20 @@ impl ClientGate {
     }
 }
 
+/// Has the system end a connection whose other end is gone without a word: otherwise a peer that
+/// was switched off, or a line that was cut, would keep its seat.
+///
+/// # Errors
+/// The system refuses.
+fn end_if_gone(client: &TcpStream) -> rustix::io::Result<()> {
+    sockopt::set_socket_keepalive(client, true)?;
+    sockopt::set_tcp_keepidle(client, GONE_ASK)?;
+    sockopt::set_tcp_keepintvl(client, GONE_ASK)?;
+    // With data that nobody confirms, this time counts; it also ends the questions.
+    let gone_ms = u32::try_from(GONE_MAX.as_millis()).unwrap_or(u32::MAX);
+    sockopt::set_tcp_user_timeout(client, gone_ms)
+}
+
 /// The address as a user of seats: of IPv6 its network, in which a host has addresses at will.
 fn guest(ip: IpAddr) -> SeatClient {
     // A server that listens at `[::]` sees IPv4 addresses in the form of IPv6.
@@ -136,19 +162,20 @@ fn guest(ip: IpAddr) -> SeatClient {
 }
 
 /// Carries the bytes of both directions until one of them ends. `opened` is told when the server
-/// has opened a channel in which sessions are possible.
+/// has opened a channel for somebody who may have a session.
 async fn carry(
     client: TcpStream,
     server: TcpStream,
-    insecure: bool,
+    gate: &ClientGate,
     opened: &Notify,
 ) -> Result<(), FrameRefusal> {
     let (from_client, to_client) = client.into_split();
     let (from_server, to_server) = server.into_split();
-    let rules = Mutex::new(ClientRules::new(insecure));
+    let rules = Mutex::new(ClientRules::new(gate.insecure));
     let asks = |frame: FrameStart<'_>| locked(&rules).judge(frame);
     let answers = |frame: FrameStart<'_>| {
-        if frame.kind == FrameKind::Open && locked(&rules).wants_session() {
+        let trusts = |thumbprint: &[u8]| is_trusted(&gate.certificates, thumbprint);
+        if frame.kind == FrameKind::Open && locked(&rules).opened(frame.body, trusts)? {
             opened.notify_one();
         }
         Ok(())

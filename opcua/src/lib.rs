@@ -25,6 +25,7 @@ pub mod journal;
 mod manager;
 mod pages;
 mod publish;
+mod rights;
 pub mod server;
 mod shelving;
 mod shown;

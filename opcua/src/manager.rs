@@ -120,30 +120,39 @@ impl PlantManager {
     }
 
     /// Has the controller carry out writes, all in one scan. Returns the status of the answer.
-    async fn write_in_controller(&self, writes: Vec<GivenWrite>, user: &str) -> StatusCode {
+    async fn write_in_controller(
+        &self,
+        writes: Vec<GivenWrite>,
+        context: &RequestContext,
+    ) -> StatusCode {
+        let user = user(context);
         let operands: Vec<&str> = writes.iter().map(|write| write.operand.as_str()).collect();
         let what = match &operands[..] {
             [one] => format!("{user} writes {one}"),
             [first, .., last] => format!("{user} writes {first} to {last}"),
             [] => return StatusCode::BadNothingToDo,
         };
+        let judged = self.followed.judge(&context.token, &writes);
         let request = Request::WriteSet {
             writes,
             for_user: Some(user.to_owned()),
             from_page: false,
             reason: None,
         };
-        let (status, refusal) = match self.followed.ask::<ChangedOperands>(request).await {
-            Ok(_) => (StatusCode::Good, None),
-            Err((status, why)) => (status, Some(why)),
+        let done = match judged {
+            Ok(()) => self.followed.ask::<ChangedOperands>(request).await.map(|_| ()),
+            Err(refusal) => Err(refusal),
         };
-        match refusal {
-            None => self.lines.say(ClientLine::Write, &what),
-            Some(why) => {
+        match done {
+            Ok(()) => {
+                self.lines.say(ClientLine::Write, &what);
+                StatusCode::Good
+            }
+            Err((status, why)) => {
                 self.lines.say(ClientLine::RefusedWrite, &format!("{what}, and is refused: {why}"));
+                status
             }
         }
-        status
     }
 }
 
@@ -220,7 +229,7 @@ impl InMemoryNodeManagerImpl for PlantManager {
             };
             let writes = judged.and_then(|()| self.writes(write));
             let status = match writes {
-                Ok(writes) => self.write_in_controller(writes, user(context)).await,
+                Ok(writes) => self.write_in_controller(writes, context).await,
                 Err(status) => status,
             };
             write.set_status(status);

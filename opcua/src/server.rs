@@ -113,6 +113,7 @@ async fn gated(
     let terms = GateTerms {
         inner: inner.local_addr()?,
         insecure: settings.insecure,
+        certificates: settings.certificates.clone(),
         sessions: settings.sessions,
     };
     let serving = tokio::spawn(server.run_with(inner));

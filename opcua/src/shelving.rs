@@ -71,7 +71,7 @@ impl ShelvingMethod {
     }
 
     /// In a line for the journal: a user …
-    fn words(self) -> &'static str {
+    pub fn words(self) -> &'static str {
         match self {
             ShelvingMethod::Timed | ShelvingMethod::OneShot => "shelves",
             ShelvingMethod::Unshelve => "brings back from its shelf",

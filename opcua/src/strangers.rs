@@ -15,7 +15,7 @@ use rungd_language::source::wording::is_unseen;
 
 use crate::aggregate::{Aggregate, PastInterval};
 use crate::certificates::shown_name;
-use crate::frames::{ClientRules, FrameRefusal, FrameScanner};
+use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner};
 use crate::history::RawSpan;
 use crate::manager::array_writes;
 use crate::pages::{PastValue, WaitingElements};
@@ -52,7 +52,15 @@ fn frames(bytes: &[u8]) {
         let mut rules = ClientRules::new(insecure % 2 == 1);
         let mut scanner = FrameScanner::default();
         let mut pieces = rest.chunks(length.max(1));
-        pieces.try_for_each(|piece| scanner.take(piece, |frame| rules.judge(frame)))
+        pieces.try_for_each(|piece| {
+            scanner.take(piece, |frame| {
+                rules.judge(frame)?;
+                // The server opens what is asked for.
+                let opens = frame.kind == FrameKind::Open;
+                let trusts = |thumbprint: &[u8]| thumbprint.len() == 20;
+                if opens { rules.opened(frame.body, trusts).map(|_| ()) } else { Ok(()) }
+            })
+        })
     };
     assert_eq!(judged(usize::from(*length)), judged(rest.len()));
 }

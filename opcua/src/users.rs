@@ -3,7 +3,7 @@
 
 use std::fmt;
 use std::sync::Arc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use async_trait::async_trait;
 use opcua::server::ServerEndpoint;
@@ -11,7 +11,7 @@ use opcua::server::authenticator::{
     AuthManager, Password, UserToken, user_pass_security_policy_id, user_pass_security_policy_uri,
 };
 use opcua::types::{Error, StatusCode, UAString, UserTokenPolicy, UserTokenType};
-use rungd_web::UserDirectory;
+use rungd_web::{PasswordTries, UserDirectory};
 
 use crate::journal::{ClientLine, ServerLines};
 
@@ -23,31 +23,39 @@ const WRONG_WAIT: Duration = Duration::from_secs(2);
 pub struct ServerUsers {
     /// The file; `None`: nobody has to sign in.
     file: Option<Arc<UserDirectory>>,
-    /// One password at a time: each takes much memory.
-    turn: tokio::sync::Mutex<()>,
+    /// One password at a time: each takes much memory, and those that wait count the tries before.
+    turn: tokio::sync::Mutex<PasswordTries>,
     lines: ServerLines,
 }
 
 impl ServerUsers {
     /// The users of a file; without one, everybody.
     pub fn new(file: Option<UserDirectory>, lines: ServerLines) -> ServerUsers {
-        ServerUsers { file: file.map(Arc::new), turn: tokio::sync::Mutex::new(()), lines }
+        ServerUsers { file: file.map(Arc::new), turn: tokio::sync::Mutex::default(), lines }
     }
 
-    /// Whether the password is right.
-    async fn admits(&self, name: &str, password: &str) -> bool {
-        let Some(file) = self.file.clone() else { return false };
+    /// Judges a password.
+    ///
+    /// # Errors
+    /// It is wrong, too many were, or the file cannot be read: why.
+    async fn judge(&self, name: &str, password: &str) -> Result<(), &'static str> {
+        let Some(file) = self.file.clone() else { return Err("nobody signs in here") };
         let (tried, password) = (name.to_owned(), password.to_owned());
-        let _turn = self.turn.lock().await;
+        let mut tries = self.turn.lock().await;
+        tries.may_try(name, Instant::now())?;
         let judged = tokio::task::spawn_blocking(move || file.admits(&tried, &password)).await;
         match judged {
-            Ok(Ok(is_right)) => is_right,
+            Ok(Ok(true)) => Ok(()),
+            Ok(Ok(false)) => {
+                tries.note_wrong(name, Instant::now());
+                Err("wrong password")
+            }
             Ok(Err(failure)) => {
                 self.lines
                     .say(ClientLine::UserDirectory, &format!("nobody can sign in: {failure}"));
-                false
+                Err("the file of users cannot be read")
             }
-            Err(_) => false,
+            Err(_) => Err("a failure of rungd-opcua"),
         }
     }
 }
@@ -73,11 +81,11 @@ impl AuthManager for ServerUsers {
         username: &str,
         password: &Password,
     ) -> Result<UserToken, Error> {
-        if self.admits(username, password.get()).await {
+        let Err(why) = self.judge(username, password.get()).await else {
             self.lines.say(ClientLine::SignIn, &format!("{username} signs in"));
             return Ok(UserToken(username.to_owned()));
-        }
-        self.lines.say(ClientLine::WrongPassword, &format!("wrong password for {username}"));
+        };
+        self.lines.say(ClientLine::WrongPassword, &format!("{username} is refused: {why}"));
         tokio::time::sleep(WRONG_WAIT).await;
         Err(Error::new(StatusCode::BadUserAccessDenied, "wrong name or password"))
     }

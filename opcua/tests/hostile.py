@@ -218,6 +218,58 @@ async def idle(process):
     passed("a crowd of strangers")
 
 
+def open_without_encryption():
+    """The request for a channel without encryption."""
+    none = b"http://opcfoundation.org/UA/SecurityPolicy#None"
+    header = struct.pack("<II", 0, len(none)) + none + struct.pack("<iiII", -1, -1, 1, 1)
+    request = bytes([1, 0, 190, 1, 0, 0]) + struct.pack("<qIIiI", 0, 1, 0, -1, 0) + bytes(3)
+    request += struct.pack("<IIIiI", 0, 0, 1, -1, 3_600_000)
+    return b"OPNF" + struct.pack("<I", 8 + len(header) + len(request)) + header + request
+
+
+def begin_of_encrypted():
+    """The beginning of a request for a channel with encryption, which never ends."""
+    policy = b"http://opcfoundation.org/UA/SecurityPolicy#Basic256Sha256"
+    begun = b"OPNF" + struct.pack("<III", 16_384, 0, len(policy)) + policy
+    return begun + bytes(271 - len(begun))
+
+
+async def known():
+    """Neither a request for a channel nor a certificate that nobody trusts takes a place of known clients."""
+    crowd = []
+    for _ in range(75):
+        one = socket.create_connection(("127.0.0.1", PORT), timeout=WAIT)
+        one.sendall(hello() + open_without_encryption() + begin_of_encrypted())
+        answer = b""
+        while b"OPNF" not in answer:
+            piece = one.recv(65536)
+            assert piece, answer
+            answer += piece
+        crowd.append(one)
+    client = await connected(Basic, "anna", "correct horse")
+    assert await value(client, "speed") is not None
+    for one in crowd:
+        one.close()
+    make_certificate("a stranger")
+    strangers = []
+    for _ in range(75):
+        stranger = Client(URL, timeout=SLOW)
+        files = [str(FOLDER / f"a stranger.{ending}") for ending in ("der", "pem")]
+        own = FOLDER / "pki/own/cert.der"
+        await stranger.set_security(Basic, *files, server_certificate=str(own), mode=ENCRYPTED)
+        await stranger.connect_socket()
+        await stranger.send_hello()
+        await stranger.open_secure_channel()
+        strangers.append(stranger)
+    second = await connected(Basic, "anna", "correct horse")
+    assert await value(second, "speed") is not None
+    await second.disconnect()
+    for stranger in strangers:
+        stranger.disconnect_socket()
+    await client.disconnect()
+    passed("places of known clients")
+
+
 async def has_few_files(process):
     return len(os.listdir(f"/proc/{process.process.pid}/fd")) < 400
 
@@ -282,6 +334,45 @@ async def replays():
     passed("replays")
 
 
+async def denied(change):
+    try:
+        await change
+    except ua.UaStatusCodeError as error:
+        assert "UserAccessDenied" in type(error).__name__, error
+        return
+    raise AssertionError("it was not refused")
+
+
+async def roles():
+    """The roles of the controller file hold: `view` looks, `operate` writes, and not what only `service` writes."""
+    ben = await connected(Basic, "ben", "battery staple")
+    anna = await connected(Basic, "anna", "correct horse")
+    before = await value(ben, "speed")
+    await denied(tag(ben, "speed").write_value(ua.Variant(9, ua.VariantType.Int32)))
+    assert await value(anna, "speed") == before
+    slots = ua.Variant([1, 2, 3, 4], ua.VariantType.Int32)
+    await denied(tag(anna, "slots").write_value(slots))
+    await tag(anna, "speed").write_value(ua.Variant(7, ua.VariantType.Int32))
+    timed = ua.NodeId(ua.ObjectIds.ShelvedStateMachineType_TimedShelve)
+    shelve = ben.get_node(ua.NodeId("/alarms/trip", 2)).call_method(timed, ua.Variant(1e6, ua.VariantType.Double))
+    await denied(shelve)
+    for client in (ben, anna):
+        await client.disconnect()
+    passed("roles")
+
+
+async def tries(process):
+    """After five wrong passwords within a minute the right one is refused too, and other users are not."""
+    for _ in range(5):
+        await refused(Basic, "ben", "wrong password")
+    await refused(Basic, "ben", "battery staple")
+    log = process.log.read_text()
+    assert "ben is refused: too many wrong passwords: wait a minute" in log, log
+    client = await connected(Basic, "anna", "correct horse")
+    await client.disconnect()
+    passed("tries of passwords")
+
+
 async def limits():
     """Sessions, subscriptions and monitored items have limits, and a session that ends makes room."""
     clients = [await connected(Basic, "anna", "correct horse") for _ in range(3)]
@@ -318,7 +409,8 @@ async def untrusted(thumbprint):
 
 async def main():
     write("ladder.toml", LADDER)
-    write("t.toml", 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "2ms"\n')
+    write("t.toml", 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "2ms"\n'
+          '[web]\nwrite = ["speed"]\nwrite-service = ["slots"]\n[[user]]\nname = "anna"\nrole = "operate"\n')
     settings("insecure = true")
     make_certificate("a client")
     try:
@@ -327,15 +419,19 @@ async def main():
             await awaits("good values", lambda: is_value(client, "speed", 0))
             await strangers(client)
         serving.end()
-        users = subprocess.run([RUNGD, "web", "passwd", "anna", "--users-file", "users"], cwd=FOLDER,
-                               input="correct horse\n", capture_output=True, text=True)
-        assert users.returncode == 0, users
+        for name, password in (("anna", "correct horse"), ("ben", "battery staple")):
+            users = subprocess.run([RUNGD, "web", "passwd", name, "--users-file", "users"], cwd=FOLDER,
+                                   input=f"{password}\n", capture_output=True, text=True)
+            assert users.returncode == 0, users
         settings("", 'users-file = "users"')
         serving = server("secure.log")
         thumbprint = await secure()
         await without_encryption(serving)
         await lengths(serving)
+        await roles()
+        await tries(serving)
         await idle(serving)
+        await known()
         await certificates()
         await replays()
         await untrusted(thumbprint)

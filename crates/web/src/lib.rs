@@ -51,10 +51,12 @@ mod server;
 mod sessions;
 mod site;
 mod stream;
+mod tries;
 mod users;
 mod views;
 
 pub use options::{ListenAt, WebOptions};
 pub use routes::{PageChange, PageQuestion};
 pub use server::{conversation, serve};
+pub use tries::PasswordTries;
 pub use users::{Secret, UserDirectory, UserFailure, set_password};

@@ -1,5 +1,4 @@
-//! The sessions: their cookies, the one-time link, and the limit of wrong passwords. Time is an
-//! argument.
+//! The sessions: their cookies, the one-time link, and the limit of sign-ins. Time is an argument.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -7,6 +6,8 @@ use std::time::{Duration, Instant};
 use argon2::password_hash::rand_core::{OsRng, RngCore as _};
 use base64::Engine as _;
 use base64::prelude::BASE64_URL_SAFE_NO_PAD;
+
+use super::tries::{PasswordTries, TRIES_OVER};
 
 /// A session ends after `IDLE_MAX` without requests, and in any case after `AGE_MAX`.
 const IDLE_MAX: Duration = Duration::from_secs(8 * 3600);
@@ -17,12 +18,8 @@ const AGE_MAX: Duration = Duration::from_secs(24 * 3600);
 const SESSIONS_MAX: usize = 256;
 const SESSIONS_OF_USER_MAX: usize = 64;
 
-/// The most wrong passwords of one user, and of all users, and the most right ones of one user,
-/// within a minute. Then no more are tried until the minute is over.
-const WRONG_MAX: usize = 5;
-const WRONG_OF_ALL_MAX: usize = 30;
+/// The most sign-ins of one user within a minute. Then none is taken until the minute is over.
 const RIGHT_MAX: usize = 30;
-const TRIES_OVER: Duration = Duration::from_secs(60);
 
 /// The name of a session's cookie.
 pub(super) const COOKIE: &str = "rungd_session";
@@ -36,9 +33,8 @@ pub(super) struct WebSessions {
     all: HashMap<SecretHash, WebSession>,
     /// The hash of the secret in the one-time link.
     link: Option<SecretHash>,
-    /// The wrong passwords: the time and the user name of each.
-    wrong: Vec<(Instant, String)>,
-    /// The same of the right ones.
+    wrong: PasswordTries,
+    /// The sign-ins: the time and the user name of each.
     right: Vec<(Instant, String)>,
 }
 
@@ -144,16 +140,9 @@ impl WebSessions {
     /// # Errors
     /// Why not.
     pub fn may_try(&mut self, user: &str, now: Instant) -> Result<(), &'static str> {
-        let is_young = |(at, _): &(Instant, String)| now.duration_since(*at) < TRIES_OVER;
-        self.wrong.retain(is_young);
-        self.right.retain(is_young);
-        let own = |tries: &[(Instant, String)]| {
-            tries.iter().filter(|(_, tried_user)| tried_user == user).count()
-        };
-        if own(&self.wrong) >= WRONG_MAX || self.wrong.len() >= WRONG_OF_ALL_MAX {
-            return Err("too many wrong passwords: wait a minute");
-        }
-        if own(&self.right) >= RIGHT_MAX {
+        self.wrong.may_try(user, now)?;
+        self.right.retain(|(at, _)| now.duration_since(*at) < TRIES_OVER);
+        if self.right.iter().filter(|(_, name)| name == user).count() >= RIGHT_MAX {
             return Err("this user has signed in too often: wait a minute");
         }
         Ok(())
@@ -161,7 +150,7 @@ impl WebSessions {
 
     /// Notes a wrong password.
     pub fn note_wrong(&mut self, user: &str, now: Instant) {
-        self.wrong.push((now, user.to_owned()));
+        self.wrong.note_wrong(user, now);
     }
 }
 
@@ -217,21 +206,6 @@ mod tests {
         assert!(!sessions.use_link(""), "there is none");
         let (old, new) = (sessions.new_link(), sessions.new_link());
         assert!(!sessions.use_link(&old) && sessions.use_link(&new) && !sessions.use_link(&new));
-    }
-
-    #[test]
-    fn further_attempts_wait_after_several_wrong_passwords() {
-        let (mut sessions, now) = (WebSessions::default(), Instant::now());
-        for _ in 0..WRONG_MAX {
-            assert!(sessions.may_try("anna", now).is_ok());
-            sessions.note_wrong("anna", now);
-        }
-        assert!(sessions.may_try("anna", now).is_err() && sessions.may_try("ben", now).is_ok());
-        assert!(sessions.may_try("anna", now + TRIES_OVER).is_ok());
-        for user in 0..WRONG_OF_ALL_MAX {
-            sessions.note_wrong(&format!("user{user}"), now + TRIES_OVER);
-        }
-        assert!(sessions.may_try("ben", now + TRIES_OVER).is_err(), "all of them together");
     }
 
     #[test]
