@@ -125,7 +125,11 @@ async def value(client, name):
 
 
 async def is_value(client, name, wanted):
-    return await value(client, name) == wanted
+    try:
+        return await value(client, name) == wanted
+    except ua.uaerrors.BadNodeIdUnknown:
+        # A server that has begun does not know the program yet.
+        return False
 
 
 class Seen:
