@@ -4,6 +4,8 @@
 //! No step of a saturating sum is beyond 32 bits: a side is limited before the other one is added.
 //! Used by `instructions` and `library`.
 
+use std::cmp::Ordering;
+
 use super::literals::CallLiteral;
 use super::project::{BlockCall, CallInput, CallSource, NetworkPower};
 
@@ -100,14 +102,17 @@ pub(super) fn compared(name: &str, left: &CallSource, right: &CallSource) -> Opt
     let (CallSource::Literal(left), CallSource::Literal(right)) = (left, right) else {
         return None;
     };
-    let (left, right) = (left.number()?, right.number()?);
+    let order = match (*left, *right) {
+        (CallLiteral::Whole(left), CallLiteral::Whole(right)) => Some(left.cmp(&right)),
+        (left, right) => left.number()?.partial_cmp(&right.number()?),
+    };
     Some(match name {
-        "EQ" => left == right,
-        "NE" => left != right,
-        "LT" => left < right,
-        "LE" => left <= right,
-        "GT" => left > right,
-        _ => left >= right,
+        "NE" => order != Some(Ordering::Equal),
+        "EQ" => order == Some(Ordering::Equal),
+        "LT" => order.is_some_and(Ordering::is_lt),
+        "LE" => order.is_some_and(Ordering::is_le),
+        "GT" => order.is_some_and(Ordering::is_gt),
+        _ => order.is_some_and(Ordering::is_ge),
     })
 }
 
@@ -158,5 +163,23 @@ pub(super) fn difference(left: CallSource, right: CallSource) -> CallSource {
             let high = of_two("ADD", number(MAX), of_two("MIN", right.clone(), number(0)));
             of_two("SUB", of_two("MAX", of_two("MIN", left, high), low), right)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_constants_are_compared_in_all_their_digits() {
+        let [more, less] = [9_007_199_254_740_993, 9_007_199_254_740_992].map(number);
+        for (name, wanted) in
+            [("EQ", false), ("NE", true), ("LT", false), ("LE", false), ("GT", true), ("GE", true)]
+        {
+            assert_eq!(compared(name, &more, &less), Some(wanted), "{name}");
+        }
+        assert_eq!(compared("EQ", &more, &more), Some(true));
+        let real = CallSource::Literal(CallLiteral::LongReal(0.5));
+        assert_eq!(compared("LT", &real, &number(1)), Some(true));
     }
 }
