@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::elements::{LadderElement, element};
 use super::sfc_elements::{SfcChart, chart};
-use super::xml::{XmlElement, attribute, child, is, is_true, text};
+use super::xml::{XmlElement, attribute, child, content, is, is_true, text};
 use crate::xml_document;
 
 /// A file.
@@ -351,9 +351,7 @@ fn no_body() -> UnitBody {
 }
 
 fn body(node: XmlElement<'_, '_>, unit: XmlElement<'_, '_>) -> UnitBody {
-    let languages = ["LD", "FBD", "ST", "IL", "SFC"];
-    let known = |child: &XmlElement<'_, '_>| languages.iter().any(|name| is(*child, name));
-    let Some(content) = node.children().find(known) else { return no_body() };
+    let Some(content) = content(node) else { return no_body() };
     let language = content.tag_name().name();
     let size = match language {
         "ST" | "IL" => text(content).lines().filter(|line| !line.trim().is_empty()).count(),

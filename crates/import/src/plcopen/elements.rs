@@ -86,7 +86,11 @@ pub(super) enum ConditionSource {
     /// In ST.
     Text(String),
     /// From a body of its own, which is translated already.
-    Known(RungCondition),
+    Known {
+        condition: RungCondition,
+        /// Whether it reads which steps are active.
+        reads_steps: bool,
+    },
     /// Nowhere, and why.
     Refused(String),
 }
@@ -96,9 +100,9 @@ impl ChartCondition {
     pub(super) fn lines(&self) -> &[Connection] {
         match &self.source {
             ConditionSource::Lines(lines) => lines,
-            ConditionSource::Text(_) | ConditionSource::Known(_) | ConditionSource::Refused(_) => {
-                &[]
-            }
+            ConditionSource::Text(_)
+            | ConditionSource::Known { .. }
+            | ConditionSource::Refused(_) => &[],
         }
     }
 }

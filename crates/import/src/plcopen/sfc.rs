@@ -10,7 +10,8 @@ use std::collections::{HashMap, HashSet};
 use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
 use super::memory::PlcopenMemory;
 use super::networks::network_rows;
-use super::sfc_elements::{NamedBody, SfcBody, SfcChart};
+use super::sfc_actions::{AT_NO_STEP, KnownActions, NEVER};
+use super::sfc_elements::{ActionBody, NamedBody, SfcBody, SfcChart};
 use super::sfc_links::links;
 use super::sfc_work::{ChartRungs, ChartWork, ScanPart, StepBatch, act};
 use super::types::StepTag;
@@ -40,6 +41,7 @@ pub(super) fn translated_chart(
         rows: 0,
         known: HashMap::new(),
         named: HashSet::new(),
+        refused: HashMap::new(),
         needed: Vec::new(),
     };
     work.time_steps();
@@ -47,8 +49,8 @@ pub(super) fn translated_chart(
     work.step_rows();
     work.link_rows();
     let needed = std::mem::take(&mut work.needed);
-    let named = work.actions(needed);
-    work.unused_bodies(&named);
+    let known = work.actions(needed);
+    work.unused_bodies(&known);
     work.finished()
 }
 
@@ -77,30 +79,68 @@ impl ChartWork<'_> {
         }
     }
 
-    /// Bodies with names that nothing names.
-    fn unused_bodies(&mut self, used: &HashSet<String>) {
+    /// Bodies with names that nothing executes: their fate is that of what names them.
+    fn unused_bodies(&mut self, known: &KnownActions) {
         let chart = self.chart;
-        let why = "nothing in the chart names it: it is never executed";
-        let actions = chart.actions.iter().map(|named| (named, "action"));
-        let conditions = chart.conditions.iter().map(|named| (named, "transition"));
-        for (NamedBody { name, body }, what) in actions.chain(conditions) {
-            let key = name.to_lowercase();
-            let is_known = match what {
-                "action" => used.contains(&key),
-                _ => self.named.contains(&key),
-            };
-            if is_known {
-                continue;
+        let mut fates = self.fates_of_blocks();
+        for (name, found) in known {
+            if let Err(why) = found {
+                fates.insert(name.clone(), Fate::Todo(why.clone()));
             }
-            let fate = Fate::Different(vec![why.to_owned()]);
-            let title = format!("{}, {what} {name}", self.place.title);
-            match body {
-                SfcBody::Ladder(elements) => {
-                    self.done.outcomes.extend(network_rows(&title, elements, &fate));
+        }
+        for named in &chart.actions {
+            let key = named.name.to_lowercase();
+            // The row of a step's action says already why another body than a ladder has a stub.
+            let is_told = match known.get(&key) {
+                Some(found) => found.is_ok() || !matches!(named.body, SfcBody::Ladder(_)),
+                None => false,
+            };
+            if !is_told {
+                self.unused_body(named, "action", fates.get(&key).cloned());
+            }
+        }
+        for named in &chart.conditions {
+            let key = named.name.to_lowercase();
+            if !self.named.contains(&key) {
+                let fate = self.refused.get(&key).cloned().map(Fate::Todo);
+                self.unused_body(named, "transition", fate);
+            }
+        }
+    }
+
+    /// The fates of the actions that action blocks name, if none of their steps acts.
+    fn fates_of_blocks(&self) -> HashMap<String, Fate> {
+        let mut fates: HashMap<String, Fate> = HashMap::new();
+        for (block, steps) in self.chart.blocks.iter().zip(&self.links.blocks) {
+            let fate = match steps {
+                Ok(steps) if steps.is_empty() => Fate::Todo(AT_NO_STEP.to_owned()),
+                Ok(_) => Fate::Different(vec![NEVER.to_owned()]),
+                Err(why) => Fate::Todo(why.clone()),
+            };
+            for action in &block.actions {
+                let ActionBody::Named(name) = &action.body else { continue };
+                let place = fates.entry(name.to_lowercase()).or_insert_with(|| fate.clone());
+                if matches!(fate, Fate::Todo(_)) {
+                    place.clone_from(&fate);
                 }
-                SfcBody::Text(_) | SfcBody::Other(_) => {
-                    self.row(format!("{what} {name} in {}", body.language()), what, fate);
-                }
+            }
+        }
+        fates
+    }
+
+    fn unused_body(&mut self, named: &NamedBody, what: &str, fate: Option<Fate>) {
+        let NamedBody { name, body } = named;
+        let fate = fate.unwrap_or_else(|| {
+            let why = "nothing in the chart names it: it is never executed";
+            Fate::Different(vec![why.to_owned()])
+        });
+        let title = format!("{}, {what} {name}", self.place.title);
+        match body {
+            SfcBody::Ladder(elements) => {
+                self.done.outcomes.extend(network_rows(&title, elements, &fate));
+            }
+            SfcBody::Text(_) | SfcBody::Other(_) => {
+                self.row(format!("{what} {name} in {}", body.language()), what, fate);
             }
         }
     }

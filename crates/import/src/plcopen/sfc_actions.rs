@@ -2,10 +2,10 @@
 //!
 //! Called by `sfc`. An action is a BOOL variable, or a body, which becomes a subroutine. The
 //! qualifiers do what MatIEC's code does, in its order: the actions of a step act before those of
-//! the next step in the text, S and R behind all of them, bodies last. A body is not executed once
-//! more behind its last scan.
+//! the next step in the text, S and R behind all of them, bodies last: before the first of them it
+//! is known which are executed. A body is not executed once more behind its last scan.
 
-use std::collections::{BTreeSet, HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap};
 
 use super::body::BodyPlace;
 use super::document::VariableUse;
@@ -13,7 +13,7 @@ use super::formula::IecFormula;
 use super::memory::LocatedPlace;
 use super::passes::{asked, translated};
 use super::sfc_elements::{ActionBody, SfcAction, SfcBody};
-use super::sfc_qualifiers::{AtStep, without_never};
+use super::sfc_qualifiers::AtStep;
 use super::sfc_work::{ChartWork, ScanPart, StepBatch, act};
 use super::types::IecType;
 use crate::condition::{RungCondition, TouchedPlace};
@@ -26,8 +26,8 @@ pub(super) struct ChartAction {
     target: ActionTarget,
     /// What its variable has other than in the original.
     differences: BTreeSet<String>,
-    /// When a body is executed, without what is stored.
-    state: RungCondition,
+    /// The bit by which a body is executed, without what is stored.
+    active: Option<String>,
     set: Vec<RungCondition>,
     reset: Vec<RungCondition>,
     set_in: Option<ActionTime>,
@@ -62,13 +62,21 @@ struct ActionUse<'c> {
 #[derive(Default)]
 struct ChartActions {
     all: Vec<ChartAction>,
-    known: HashMap<String, Result<usize, String>>,
+    known: KnownActions,
 }
 
+/// The actions that steps on a way name, by their names in small letters: where each stands in the
+/// list of all, or why it has a stub.
+pub(super) type KnownActions = HashMap<String, Result<usize, String>>;
+
+/// Named where an action block has no step.
+pub(super) const AT_NO_STEP: &str = "an action block at no step";
+/// Named where no way leads to the step of an action.
+pub(super) const NEVER: &str = "no way leads to its step: it never acts";
+
 impl<'c> ChartWork<'c> {
-    /// The rungs of all actions; `needed` is what the conditions of transitions need. Gives the
-    /// names of actions that a step names, in small letters.
-    pub(super) fn actions(&mut self, needed: Vec<ProjectRung>) -> HashSet<String> {
+    /// The rungs of all actions; `needed` is what the conditions of transitions need.
+    pub(super) fn actions(&mut self, needed: Vec<ProjectRung>) -> KnownActions {
         let mut actions = ChartActions::default();
         let order = self.links.order.clone();
         let mut uses = self.uses();
@@ -84,13 +92,12 @@ impl<'c> ChartWork<'c> {
         let mut rest: Vec<usize> = uses.keys().copied().collect();
         rest.sort_unstable();
         for used in rest.iter().flat_map(|step| &uses[step]) {
-            let why = "no way leads to its step: it never acts".to_owned();
-            self.row(self.text(*used), "action", Fate::Different(vec![why]));
+            self.row(self.text(*used), "action", Fate::Different(vec![NEVER.to_owned()]));
         }
         for action in &actions.all {
             self.store(action);
         }
-        actions.known.into_keys().collect()
+        actions.known
     }
 
     /// The actions of each step, in the file's order.
@@ -99,7 +106,7 @@ impl<'c> ChartWork<'c> {
         let chart = self.chart;
         for (at, block) in chart.blocks.iter().enumerate() {
             let steps = match self.links.blocks[at].clone() {
-                Ok(steps) if steps.is_empty() => Err("an action block at no step".to_owned()),
+                Ok(steps) if steps.is_empty() => Err(AT_NO_STEP.to_owned()),
                 found => found,
             };
             for action in &block.actions {
@@ -314,19 +321,28 @@ impl<'c> ChartWork<'c> {
         Ok(differences)
     }
 
-    /// N, P, P0, L and D write a variable, or say whether a body is executed.
+    /// What the steps of an action write: its variable, or the bit by which its body is executed.
+    /// That begins each scan OFF, as MatIEC's state of an action.
+    fn written_bit(&mut self, action: &mut ChartAction) -> String {
+        if let ActionTarget::Variable(bit) = &action.target {
+            return bit.text.clone();
+        }
+        if let Some(bit) = &action.active {
+            return bit.clone();
+        }
+        let name = &action.name;
+        let doc = format!("{name} is executed in this scan");
+        let bit = self.own_tag(&format!("{name}_active"), "bit", doc);
+        let steps = vec![act(RungCondition::Constant(true), format!("RST {bit}"))];
+        self.rung(ScanPart::Times, &format!("{name} begins"), steps);
+        action.active = Some(bit.clone());
+        bit
+    }
+
+    /// N, P, P0, L and D write a variable, or the bit of a body.
     fn write(&mut self, action: &mut ChartAction, step: usize, at: &AtStep<'_>) {
         let turns = at.turns();
-        let ActionTarget::Variable(bit) = &action.target else {
-            let before = std::mem::replace(&mut action.state, RungCondition::Constant(false));
-            let kept = match before == RungCondition::Constant(false) {
-                true => before,
-                false => RungCondition::all([turns.off.opposite(), before]),
-            };
-            action.state = without_never(RungCondition::any([turns.on, kept]));
-            return;
-        };
-        let text = bit.text.clone();
+        let text = self.written_bit(action);
         if self.batch.bits.contains(&text) {
             self.write_batch(step);
         }
@@ -335,7 +351,7 @@ impl<'c> ChartWork<'c> {
         self.batch.bits.insert(text);
     }
 
-    /// Writes the variables of a step together.
+    /// Writes the bits of a step together.
     fn write_batch(&mut self, step: usize) {
         let StepBatch { on, off, bits: _ } = std::mem::take(&mut self.batch);
         let name = &self.chart.steps[step].name;
@@ -427,9 +443,9 @@ impl<'c> ChartWork<'c> {
             self.rung(ScanPart::Acting, &format!("{name} {label}"), steps);
         }
         if let ActionTarget::Body(call) = &action.target {
-            let stored = is_stored.then(|| RungCondition::bit(&stored));
-            let when = RungCondition::any([action.state.clone()].into_iter().chain(stored));
-            let when = without_never(when);
+            let stored = is_stored.then_some(&stored);
+            let bits = action.active.iter().chain(stored);
+            let when = RungCondition::any(bits.map(RungCondition::bit));
             self.rung(ScanPart::Called, name, vec![act(when, format!("CALL {call}"))]);
         }
     }
@@ -448,7 +464,7 @@ impl ChartAction {
             name,
             target,
             differences: BTreeSet::new(),
-            state: RungCondition::Constant(false),
+            active: None,
             set: Vec::new(),
             reset: Vec::new(),
             set_in: None,

@@ -33,7 +33,10 @@ impl LadderBody<'_, '_> {
                 let said = read(text).ok_or_else(|| format!("a transition in ST: `{text}`"))?;
                 self.said(&said)?
             }
-            ConditionSource::Known(power) => power.clone(),
+            ConditionSource::Known { condition, reads_steps } => {
+                self.reads_steps |= reads_steps;
+                condition.clone()
+            }
             ConditionSource::Refused(why) => return Err(why.clone()),
         };
         let power = if condition.is_negated { power.opposite() } else { power };

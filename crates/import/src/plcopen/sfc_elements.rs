@@ -6,7 +6,7 @@
 use roxmltree::Node;
 
 use super::elements::{Connection, ElementBody, LadderElement, connections, element};
-use super::xml::{XmlElement, attribute, child, is, is_true, text};
+use super::xml::{XmlElement, attribute, child, content, is, is_true, text};
 
 /// A chart.
 #[derive(Clone, Debug, Default)]
@@ -321,9 +321,7 @@ fn named_bodies(unit: XmlElement<'_, '_>, list: &str, name: &str) -> Vec<NamedBo
 
 /// The body that an element contains.
 fn body(node: XmlElement<'_, '_>) -> SfcBody {
-    let languages = ["LD", "FBD", "ST", "IL", "SFC"];
-    let known = |child: &XmlElement<'_, '_>| languages.iter().any(|name| is(*child, name));
-    let Some(content) = node.children().find(known) else {
+    let Some(content) = content(node) else {
         return SfcBody::Other("no language".to_owned());
     };
     match content.tag_name().name() {

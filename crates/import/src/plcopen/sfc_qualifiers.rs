@@ -47,18 +47,3 @@ impl AtStep<'_> {
 fn not(one: &RungCondition, other: &RungCondition) -> RungCondition {
     RungCondition::any([one.clone().opposite(), other.clone()])
 }
-
-/// A condition without branches that are never ON.
-pub(super) fn without_never(condition: RungCondition) -> RungCondition {
-    match condition {
-        RungCondition::Any(parts) => {
-            let is_never = |part: &RungCondition| *part == RungCondition::Constant(false);
-            RungCondition::any(parts.into_iter().filter(|part| !is_never(part)))
-        }
-        RungCondition::Constant(_)
-        | RungCondition::Bit { .. }
-        | RungCondition::Compare { .. }
-        | RungCondition::Not(_)
-        | RungCondition::All(_) => condition,
-    }
-}

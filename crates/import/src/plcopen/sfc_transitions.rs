@@ -92,13 +92,16 @@ impl ChartWork<'_> {
     fn source(&mut self, at: usize) -> ConditionSource {
         let chart = self.chart;
         let links = self.links.transitions[at].clone();
-        if let Some(why) = &links.wrong {
-            return ConditionSource::Refused(why.clone());
-        }
-        let refused = links.from.iter().chain(&links.to).find_map(|step| {
-            self.steps[*step].as_ref().err().map(|why| format!("a step is not translated: {why}"))
-        });
-        if let Some(why) = refused {
+        let refused = || {
+            links.from.iter().chain(&links.to).find_map(|step| {
+                let why = self.steps[*step].as_ref().err()?;
+                Some(format!("a step is not translated: {why}"))
+            })
+        };
+        if let Some(why) = links.wrong.clone().or_else(refused) {
+            if let TransitionCondition::Named(name) = &chart.transitions[at].condition {
+                self.refused.insert(name.to_lowercase(), why.clone());
+            }
             return ConditionSource::Refused(why);
         }
         match &chart.transitions[at].condition {
@@ -106,7 +109,7 @@ impl ChartWork<'_> {
             TransitionCondition::Inline(inline) => match &inline.body {
                 SfcBody::Ladder(_) => {
                     let title = format!("{}, transition {}", self.place.title, self.label(at));
-                    known_source(self.body_condition(inline, &title))
+                    self.body_condition(inline, &title).unwrap_or_else(ConditionSource::Refused)
                 }
                 SfcBody::Text(_) | SfcBody::Other(_) => text_source(&inline.body),
             },
@@ -115,7 +118,8 @@ impl ChartWork<'_> {
                 let named = chart.conditions.iter().find(|one| one.name.eq_ignore_ascii_case(name));
                 match named {
                     Some(NamedBody { body: SfcBody::Ladder(_), .. }) => {
-                        known_source(self.named_condition(name, named))
+                        let found = self.named_condition(name, named);
+                        found.unwrap_or_else(ConditionSource::Refused)
                     }
                     Some(named) => text_source(&named.body),
                     None => {
@@ -131,7 +135,7 @@ impl ChartWork<'_> {
         &mut self,
         name: &str,
         named: Option<&NamedBody>,
-    ) -> Result<RungCondition, String> {
+    ) -> Result<ConditionSource, String> {
         let key = name.to_lowercase();
         if let Some(known) = self.known.get(&key) {
             return known.clone();
@@ -148,7 +152,11 @@ impl ChartWork<'_> {
     }
 
     /// The condition in a ladder of its own: the power of the coil that is called as it.
-    fn body_condition(&mut self, named: &NamedBody, title: &str) -> Result<RungCondition, String> {
+    fn body_condition(
+        &mut self,
+        named: &NamedBody,
+        title: &str,
+    ) -> Result<ConditionSource, String> {
         let SfcBody::Ladder(elements) = &named.body else {
             return Err("a transition that is no ladder".to_owned());
         };
@@ -156,11 +164,8 @@ impl ChartWork<'_> {
         let place = BodyPlace { title, ..self.place };
         let judged = self.judged(&elements, place);
         let found = judged.get(&at).ok_or_else(|| format!("{title}: it has a stub"))?;
-        match found.reads_steps {
-            // The judgement of the transition itself does not see what it reads.
-            true => Ok(self.kept_condition(&named.name, found.condition.clone())),
-            false => Ok(found.condition.clone()),
-        }
+        let JudgedCondition { condition, reads_steps, network: _ } = found.clone();
+        Ok(ConditionSource::Known { condition, reads_steps })
     }
 
     /// A condition that is kept in a bit before any transition fires.
@@ -290,10 +295,6 @@ fn is_opposite(one: &RungCondition, other: &RungCondition) -> bool {
     };
     let others = parts(other);
     parts(one).into_iter().any(|part| others.contains(&part.opposite()))
-}
-
-fn known_source(found: Result<RungCondition, String>) -> ConditionSource {
-    found.map_or_else(ConditionSource::Refused, ConditionSource::Known)
 }
 
 /// The condition of a body that is no ladder.

@@ -5,6 +5,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
+use super::elements::ConditionSource;
 use super::memory::PlcopenMemory;
 use super::sfc_elements::SfcChart;
 use super::sfc_links::ChartLinks;
@@ -38,9 +39,11 @@ pub(super) struct ChartWork<'c> {
     /// How many rows of the report the program itself has.
     pub(super) rows: usize,
     /// The conditions of transitions with bodies of their own.
-    pub(super) known: HashMap<String, Result<RungCondition, String>>,
+    pub(super) known: HashMap<String, Result<ConditionSource, String>>,
     /// The names of transitions that something names, in small letters.
     pub(super) named: HashSet<String>,
+    /// The names of transitions that something with a stub names, in small letters, and its reason.
+    pub(super) refused: HashMap<String, String>,
     /// What the conditions need of the next scan.
     pub(super) needed: Vec<ProjectRung>,
 }

@@ -15,6 +15,14 @@ pub(super) fn child<'d, 'i>(node: XmlElement<'d, 'i>, name: &str) -> Option<XmlE
     node.children().find(|child| is(*child, name))
 }
 
+/// The languages of bodies.
+const LANGUAGES: [&str; 5] = ["LD", "FBD", "ST", "IL", "SFC"];
+
+/// The content of a body: its first element that is called as a language.
+pub(super) fn content<'d, 'i>(node: XmlElement<'d, 'i>) -> Option<XmlElement<'d, 'i>> {
+    node.children().find(|child| LANGUAGES.iter().any(|name| is(*child, name)))
+}
+
 /// An attribute without the spaces around it; empty if there is none.
 pub(super) fn attribute(node: XmlElement<'_, '_>, name: &str) -> String {
     node.attribute(name).unwrap_or_default().trim().to_owned()

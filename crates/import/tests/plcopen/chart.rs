@@ -167,7 +167,8 @@ impl Chart {
         let state = self.steps[step].clone();
         let began = state.active && !state.before;
         let ended = !state.active && state.before;
-        let in_time = state.time >= used.duration_ms;
+        let duration_ms = duration_ms(program, &used.duration);
+        let in_time = state.time >= duration_ms;
         let is_body = self.unit.bodies.contains_key(&used.name);
         let action = self.actions.entry(used.name.clone()).or_default();
         let mut put = |value: bool| match is_body {
@@ -185,8 +186,8 @@ impl Chart {
             "P0" => put(ended),
             "S" => action.set |= state.active,
             "R" => action.reset |= state.active,
-            "SL" if began => (action.set, action.reset_rest) = (true, used.duration_ms),
-            "SD" | "DS" if began => action.set_rest = used.duration_ms,
+            "SL" if began => (action.set, action.reset_rest) = (true, duration_ms),
+            "SD" | "DS" if began => action.set_rest = duration_ms,
             "DS" if ended => action.set_rest = 0,
             _ => {}
         }
@@ -221,6 +222,14 @@ impl Chart {
             (done, sensed) = (run.done, run.sensed);
         }
         self.edges.extend(sensed);
+    }
+}
+
+/// A duration as it is before any body of the scan.
+fn duration_ms(program: &Instance, text: &str) -> i64 {
+    match text.strip_prefix("T#").and_then(|text| text.strip_suffix("ms")) {
+        Some(ms) => ms.parse().unwrap(),
+        None => member(program, text).whole(),
     }
 }
 

@@ -47,7 +47,7 @@ fn prior(id: u32, priority: &str, text: &str, from: &[u32]) -> String {
 }
 
 /// A transition with a condition of any form.
-fn waiting(id: u32, more: &str, condition: &str, from: &[u32]) -> String {
+pub fn waiting(id: u32, more: &str, condition: &str, from: &[u32]) -> String {
     element("transition", id, more, &(input(from) + "<condition>" + condition + "</condition>"))
 }
 
@@ -59,17 +59,17 @@ fn jump(id: u32, target: &str, from: &[u32]) -> String {
     element("jumpStep", id, &format!("targetName=\"{target}\""), &input(from))
 }
 
-fn action(id: u32, step: u32, more: &str, body: &str) -> String {
+pub fn action(id: u32, step: u32, more: &str, body: &str) -> String {
     let action = format!("<action localId=\"0\" {more}>{body}</action>");
     element("actionBlock", id, "", &(input(&[step]) + &action))
 }
 
-fn named(name: &str) -> String {
+pub fn named(name: &str) -> String {
     format!("<reference name=\"{name}\"/>")
 }
 
 /// A coil behind the left rail.
-fn coil_ladder(variable: &str) -> String {
+pub fn coil_ladder(variable: &str) -> String {
     format!(
         "<LD><leftPowerRail localId=\"1\"><position x=\"0\" y=\"0\"/></leftPowerRail><coil \
          localId=\"2\"><position x=\"9\" y=\"0\"/><connectionPointIn><connection refLocalId=\"1\"/>\
@@ -77,12 +77,12 @@ fn coil_ladder(variable: &str) -> String {
     )
 }
 
-fn made(bits: &[&str], lists: &str, chart: &str) -> ForeignProject {
+pub fn made(bits: &[&str], lists: &str, chart: &str) -> ForeignProject {
     plcopen::read(&chart_file(bits, lists, chart)).unwrap()
 }
 
 /// The fate of the row of the report whose text begins so.
-fn fate(project: &ForeignProject, begin: &str) -> Fate {
+pub fn fate(project: &ForeignProject, begin: &str) -> Fate {
     let rows = &project.outcome.rungs;
     let whole = rows.iter().find(|row| row.text == begin);
     let row = whole.or(rows.iter().find(|row| row.text.starts_with(begin)));
@@ -244,7 +244,7 @@ fn a_body_is_not_executed_once_more_behind_its_step() {
     let mut plc = plant::started(&project);
     assert_eq!(trace(&mut plc, "motor", 8, &[(2, "go", 1), (4, "go", 0)]), "..######");
     let texts = plant::texts(&project);
-    assert!(texts.contains("when = [\"Run.X\"]\ndo   = [\"CALL prog_run\"]"), "{texts}");
+    assert!(texts.contains("when = [\"prog_run_active\"]\ndo   = [\"CALL prog_run\"]"), "{texts}");
 }
 
 #[test]

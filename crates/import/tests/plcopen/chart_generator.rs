@@ -266,9 +266,10 @@ impl RandomChart<'_> {
                 self.timed.insert(name.to_owned());
             }
             let duration = match qualifier {
-                "L" | "D" | "SD" | "DS" | "SL" => {
-                    format!(" duration=\"T#{}ms\"", self.body.below(80))
-                }
+                "L" | "D" | "SD" | "DS" | "SL" => match self.body.below(3) {
+                    0 => format!(" duration=\"{}\"", self.body.variable("TIME")),
+                    _ => format!(" duration=\"T#{}ms\"", self.body.below(80)),
+                },
                 _ => String::new(),
             };
             let body = self.action();

@@ -10,7 +10,8 @@ use super::reading::{Element, Line, Part, child, element, lines};
 pub struct ActionUse {
     pub name: String,
     pub qualifier: String,
-    pub duration_ms: i64,
+    /// `T#30ms`, or the name of a variable.
+    pub duration: String,
 }
 
 #[derive(Clone, Debug)]
@@ -247,8 +248,7 @@ fn read(text: &str) -> Text {
 fn actions(pou: Node<'_, '_>, block: Node<'_, '_>, step: usize, unit: &mut ChartUnit) {
     let all = block.children().filter(|node| node.tag_name().name() == "action");
     for (number, action) in all.enumerate() {
-        let duration = action.attribute("duration").unwrap_or("T#0ms");
-        let duration = duration.trim_start_matches("T#").trim_end_matches("ms");
+        let duration = action.attribute("duration").unwrap_or("T#0ms").to_owned();
         let name = match child(action, "reference") {
             Some(named) => {
                 let name = named.attribute("name").unwrap().to_owned();
@@ -267,8 +267,7 @@ fn actions(pou: Node<'_, '_>, block: Node<'_, '_>, step: usize, unit: &mut Chart
             }
         };
         let qualifier = action.attribute("qualifier").unwrap_or("N").to_owned();
-        let duration_ms = duration.parse().unwrap();
-        unit.steps[step].actions.push(ActionUse { name, qualifier, duration_ms });
+        unit.steps[step].actions.push(ActionUse { name, qualifier, duration });
     }
 }
 

@@ -3,9 +3,10 @@
 use rungd_base::random::SplitMix64;
 use rungd_import::model::Fate;
 use rungd_import::plcopen;
+use rungd_import::write::files;
 use rungd_test_support::setting::setting;
 
-use super::chart_cases::{chart_file, link, step, transition};
+use super::chart_cases::{action, chart_file, coil_ladder, link, named, step, transition};
 use super::chart_generator::chart_project;
 use super::file;
 use super::generator::project;
@@ -135,4 +136,22 @@ fn a_chart_of_many_steps_ends() {
         assert!(project.outcome.rungs.len() > count as usize);
         plant::errors(&project);
     }
+}
+
+#[test]
+fn a_body_that_many_steps_share_ends() {
+    let count = setting("RUNGD_PLCOPEN_SHARED", 10_000) as u32;
+    let body = coil_ladder("b");
+    let lists = format!("<actions><action name=\"do\"><body>{body}</body></action></actions>");
+    let mut chart = String::new();
+    for id in (0..count).map(|at| 10 + 3 * at) {
+        let before = if chart.is_empty() { Vec::new() } else { vec![id - 2] };
+        chart += &step(id, &format!("S{id}"), &before);
+        chart += &transition(id + 1, "a", &[id]);
+        chart += &action(id + 2, id, "", &named("do"));
+    }
+    let project = plcopen::read(&chart_file(&["a", "b"], &lists, &chart)).unwrap();
+    let rows = &project.outcome.rungs;
+    assert!(rows.iter().filter(|row| row.fate == Fate::Exact).count() >= 3 * count as usize);
+    assert!(files(&project).len() > 1);
 }

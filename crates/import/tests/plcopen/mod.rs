@@ -4,6 +4,7 @@
 mod blocks;
 mod cases;
 mod chart;
+mod chart_bodies;
 mod chart_cases;
 mod chart_generator;
 mod chart_reading;
