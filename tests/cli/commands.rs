@@ -60,7 +60,7 @@ fn a_controller_file_is_checked_with_its_ladders() {
     file("good-of-controller.toml", GOOD.as_bytes());
     let controller = "ladder = [\"good-of-controller.toml\"]\n\n[scan]\nperiod = \"0ms\"\n";
     let path = file("controller.toml", controller.as_bytes());
-    check(&["check", &path], 78, "`period` is at least 1ms");
+    check(&["check", &path], 78, "`period` is at least 100us");
     let path = file("controller-ok.toml", controller.replace("0ms", "5ms").as_bytes());
     let ladder = file("good-too.toml", GOOD.as_bytes());
     check(&["check", &path, &ladder], 0, "0 errors, 0 warnings\n");
