@@ -233,6 +233,18 @@ fn who_does_nothing_is_signed_out_sees_on_and_signs_in_again() {
     // Only a sign-in ends it, and its session takes the place of the old one.
     assert_eq!(web.post("/api/stay", &ben, &json!({})).status, 200);
     assert_eq!(web.get("/api/session", &ben).json()["signed_out"], true);
+    // A reload that takes `sign-out` away does not end it, either.
+    let file = web.live.folder.join("controller.toml");
+    let text = std::fs::read_to_string(&file).unwrap();
+    std::fs::write(&file, text.replace("sign-out = \"1ms\"\n", "")).unwrap();
+    web.live.ok("reload");
+    let watch = std::time::Instant::now();
+    while !web.get("/api/session", &ben).json()["sign_out_ms"].is_null() {
+        assert!(watch.elapsed() < PATIENCE, "its page does not see the reload");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    assert_eq!(web.post("/api/stay", &ben, &json!({})).status, 200);
+    assert_eq!(web.get("/api/session", &ben).json()["signed_out"], true);
     let entered = web.post("/api/login", &ben, &json!({ "user": "anna", "password": PASSWORD }));
     assert_eq!(entered.status, 200, "{entered:?}");
     assert_eq!(web.get("/api/session", &ben).status, 401);

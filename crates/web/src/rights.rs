@@ -13,6 +13,11 @@ use super::sessions::WebSession;
 use rungd_config::controller::user::WebRole;
 use rungd_config::controller::web::WebSettings;
 
+/// The time without an act after which a user is signed out.
+pub(super) fn idle_max(settings: &WebSettings) -> Option<Duration> {
+    settings.sign_out_ms.map(|ms| Duration::from_millis(ms.into()))
+}
+
 /// The rights of a session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SessionRights {
@@ -28,8 +33,8 @@ impl SessionRights {
     pub fn of(session: &WebSession, settings: Option<&WebSettings>, now: Instant) -> SessionRights {
         let looks = SessionRights { role: WebRole::View, is_signed_out: false };
         let (Some(user), Some(settings)) = (&session.user, settings) else { return looks };
-        let idle_max = settings.sign_out_ms.map(|ms| Duration::from_millis(ms.into()));
-        if idle_max.is_some_and(|idle_max| session.idle(now) >= idle_max) {
+        let is_idle = idle_max(settings).is_some_and(|idle_max| session.idle(now) >= idle_max);
+        if session.is_signed_out || is_idle {
             return SessionRights { is_signed_out: true, ..looks };
         }
         SessionRights { role: settings.users.role_of(&user.name), is_signed_out: false }
@@ -70,8 +75,7 @@ mod tests {
         let (mut sessions, begun) = (WebSessions::default(), Instant::now());
         let user = SignedIn { name: "anna".to_owned(), hash: "hash".to_owned() };
         let cookie = sessions.begin(Some(user.clone()), begun);
-        let without = WebSettings::default();
-        let mut settings = without.clone();
+        let mut settings = WebSettings::default();
         settings.sign_out_ms = Some(300_000);
         let minutes = |count: u64| begun + Duration::from_secs(60 * count);
         let rights = |sessions: &WebSessions, at: Instant| {
@@ -86,9 +90,26 @@ mod tests {
         // A question of the page itself is no act of a person.
         sessions.of(&cookie, minutes(9));
         assert_eq!(rights(&sessions, minutes(10)), (WebRole::View, false));
-        let never = sessions.peek(&cookie, minutes(400)).expect("it goes on");
-        let rights = SessionRights::of(&never, Some(&without), minutes(400));
-        assert_eq!(rights.role, WebRole::Operate, "without `sign-out`");
+    }
+
+    #[test]
+    fn who_is_signed_out_stays_so_whatever_the_settings_become_until_the_next_sign_in() {
+        let (mut sessions, begun) = (WebSessions::default(), Instant::now());
+        let user = SignedIn { name: "anna".to_owned(), hash: "hash".to_owned() };
+        let [left, watched] = [(); 2].map(|()| sessions.begin(Some(user.clone()), begun));
+        let minutes = |count: u64| begun + Duration::from_secs(60 * count);
+        let role = |sessions: &WebSessions, cookie: &str| {
+            let session = sessions.peek(cookie, minutes(10)).expect("it goes on");
+            SessionRights::of(&session, Some(&WebSettings::default()), minutes(10)).role
+        };
+        assert_eq!(role(&sessions, &left), WebRole::Operate, "without `sign-out`");
+        let five_minutes = Duration::from_secs(300);
+        sessions.sign_out_idle(&left, five_minutes, minutes(5));
+        sessions.sign_out_idle(&watched, five_minutes, minutes(4));
+        sessions.act(&left, minutes(6));
+        sessions.act(&watched, minutes(6));
+        assert_eq!(role(&sessions, &left), WebRole::View);
+        assert_eq!(role(&sessions, &watched), WebRole::Operate);
     }
 
     #[test]

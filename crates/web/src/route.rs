@@ -125,18 +125,9 @@ async fn admitted_answer(
     if change != PageChange::Press || said["hold"].is_null() {
         judge(site, &session, change.needs()).await?;
     }
-    note_act(site, &cookie, &session);
+    site.act(&cookie);
     let visitor = Visitor { session, cookie, patience: patience.said(&said)? };
     changes::change(site, change, &visitor, &said).await
-}
-
-/// Notes that a person has done something, unless the user is signed out: only a sign-in ends that.
-fn note_act(site: &WebSite, cookie: &str, session: &WebSession) {
-    let (seen, now) = (site.follow.latest(), Instant::now());
-    let settings = seen.view.as_ref().ok().and_then(|view| settings(&view.program));
-    if !SessionRights::of(session, settings, now).is_signed_out {
-        site.sessions().act(cookie, now);
-    }
 }
 
 fn missing(what: &str) -> WebFailure {

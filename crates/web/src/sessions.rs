@@ -54,6 +54,8 @@ pub(super) struct WebSession {
     pub user: Option<SignedIn>,
     /// The token that a change must contain.
     pub csrf: String,
+    /// Whether the user was signed out because nobody had acted. Only a sign-in ends that.
+    pub is_signed_out: bool,
     began: Instant,
     last: Instant,
     /// When a person last did something: signed in, pressed, changed.
@@ -106,7 +108,8 @@ impl WebSessions {
             }
         }
         let cookie = secret();
-        let session = WebSession { user, csrf: secret(), began: now, last: now, acted: now };
+        let (csrf, is_signed_out) = (secret(), false);
+        let session = WebSession { user, csrf, is_signed_out, began: now, last: now, acted: now };
         self.all.insert(hash_of(&cookie), session);
         cookie
     }
@@ -118,10 +121,18 @@ impl WebSessions {
         Some(session.clone())
     }
 
-    /// Notes that a person has done something.
+    /// Notes that a person has done something, unless the user is signed out.
     pub fn act(&mut self, cookie: &str, now: Instant) {
-        if let Some(session) = self.all.get_mut(&hash_of(cookie)) {
+        let session = self.all.get_mut(&hash_of(cookie));
+        if let Some(session) = session.filter(|session| !session.is_signed_out) {
             session.acted = now;
+        }
+    }
+
+    /// Signs the user of a session out if nobody has acted for a time.
+    pub fn sign_out_idle(&mut self, cookie: &str, idle_max: Duration, now: Instant) {
+        if let Some(session) = self.all.get_mut(&hash_of(cookie)) {
+            session.is_signed_out |= session.user.is_some() && session.idle(now) >= idle_max;
         }
     }
 

@@ -13,8 +13,10 @@ use super::follow::FollowThread;
 use super::guard::RequestGuard;
 use super::hasher::Hasher;
 use super::journal::say;
+use super::rights::idle_max;
 use super::sessions::{SignedIn, WebSession, WebSessions};
 use super::users::{UserFailure, Users};
+use super::views::settings;
 use rungd_base::locked::locked;
 use rungd_client::live::LiveView;
 
@@ -144,7 +146,9 @@ impl WebSite {
     /// The session of the cookie of a request. Ends the session if its user was removed or has a
     /// new password.
     pub fn session(&self, cookie: &str) -> Option<WebSession> {
-        let session = self.sessions().of(cookie, Instant::now())?;
+        let now = Instant::now();
+        self.sign_out_idle(cookie, now);
+        let session = self.sessions().of(cookie, now)?;
         let stays = self.has_its_user(&session);
         if !stays {
             self.sessions().end(cookie);
@@ -154,8 +158,33 @@ impl WebSite {
 
     /// Whether the session of a page that stays open continues.
     pub fn is_session_open(&self, cookie: &str) -> bool {
-        let session = self.sessions().peek(cookie, Instant::now());
+        let now = Instant::now();
+        self.sign_out_idle(cookie, now);
+        let session = self.sessions().peek(cookie, now);
         session.is_some_and(|session| self.has_its_user(&session))
+    }
+
+    /// Notes that a person has done something. While the controller is away nothing is noted,
+    /// because nobody knows whether the user is signed out.
+    pub fn act(&self, cookie: &str) {
+        let now = Instant::now();
+        if self.sign_out_idle(cookie, now) {
+            self.sessions().act(cookie, now);
+        }
+    }
+
+    /// Signs the user of a session out if nobody has acted for the time that the controller file
+    /// says; false if the controller is away, so that nobody knows this time.
+    fn sign_out_idle(&self, cookie: &str, now: Instant) -> bool {
+        let seen = self.follow.latest();
+        let Some(settings) = seen.view.as_ref().ok().and_then(|view| settings(&view.program))
+        else {
+            return false;
+        };
+        if let Some(idle_max) = idle_max(settings) {
+            self.sessions().sign_out_idle(cookie, idle_max, now);
+        }
+        true
     }
 
     fn has_its_user(&self, session: &WebSession) -> bool {

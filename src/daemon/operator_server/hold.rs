@@ -13,7 +13,7 @@ use tokio::time::{sleep, timeout};
 
 use super::known_hold::KnownHold;
 use super::logged_change::{LoggedOperandChange, PreviousState};
-use super::page_rights::WriteTerms;
+use super::page_rights::{WriteTerms, judge_right};
 use super::peer::PeerRequest;
 use super::refused::{not_for_holds, not_taken};
 use super::service::OperatorService;
@@ -53,7 +53,9 @@ impl OperatorService {
         }
         let asker = PeerRequest { until_ns: until_ns(asker), ..asker.clone() };
         let HeldWrite { hold, operand, change } = self.write_hold(&asker, operand, terms).await?;
-        let known = KnownHold { peer: asker.peer.clone(), operand, until_ns: asker.until_ns };
+        let (peer, person) = (asker.peer.clone(), terms.person.map(str::to_owned));
+        let (from_page, until_ns) = (terms.from_page, asker.until_ns);
+        let known = KnownHold { peer, person, from_page, operand, until_ns };
         self.holds().insert(hold.0, known);
         self.tell_end(hold);
         Ok(HeldOperand { hold: hold.0, change })
@@ -68,8 +70,11 @@ impl OperatorService {
         let known = self.known_hold(asker, hold)?;
         let view = self.seen().1;
         let now = view.names.again(&known.operand);
-        if !now.is_some_and(|operand| view.pages.hold.contains(&operand.what)) {
-            return Err(not_for_holds(&known.operand.operand));
+        let now = now.filter(|operand| view.pages.hold.contains(&operand.what));
+        let now = now.ok_or_else(|| not_for_holds(&known.operand.operand))?;
+        // A reload may have taken the right away.
+        if known.from_page {
+            judge_right(&view.pages, &now, known.terms())?;
         }
         let until_ns = until_ns(asker);
         self.step(hold, HoldStep::Keep { hold: Ticket(hold), until_ns }).await?;

@@ -5,6 +5,7 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex};
 
+use super::page_rights::WriteTerms;
 use super::peer::OperatorPeer;
 use rungd_client::operator::operand::Variable;
 
@@ -16,7 +17,17 @@ pub(super) type KnownHolds = Arc<Mutex<HashMap<u64, KnownHold>>>;
 pub(super) struct KnownHold {
     /// The user who began it.
     pub peer: OperatorPeer,
+    /// The person for whom it was begun, and whether a page asked: a renewal is judged again.
+    pub person: Option<String>,
+    pub from_page: bool,
     pub operand: Variable,
     /// Its end, as far as it is known here; ns of the clock of deadlines.
     pub until_ns: u64,
+}
+
+impl KnownHold {
+    /// How its renewals are asked for: as it was begun.
+    pub fn terms(&self) -> WriteTerms<'_> {
+        WriteTerms { from_page: self.from_page, person: self.person.as_deref(), reason: None }
+    }
 }
