@@ -15,14 +15,14 @@ use super::panels;
 use super::query::Query;
 use super::recipe::recipe;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
-use super::rights::SessionRights;
+use super::rights::{SessionRights, settings};
 use super::routes::PageQuestion;
 #[cfg(feature = "prove")]
 use super::search::search;
 use super::sessions::WebSession;
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
-use super::views::{asked, of, operand, settings, viewed};
+use super::views::{asked, of, operand, viewed};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendGap, TrendPoint};
 use rungd_config::controller::web::WebOperand;
 use rungd_engine::isa::Address;

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::mimic::{self, Mimic};
 use super::query::Query;
 use super::reply::{WebFailure, bad};
-use super::views::settings;
+use super::rights::settings;
 use rungd_client::live::{LiveProgram, LiveTag};
 use rungd_config::controller::panel::{LampColor, Panel, Widget, WidgetKind};
 use rungd_engine::isa::{Address, Word};

@@ -10,8 +10,14 @@ use hyper::StatusCode;
 
 use super::reply::WebFailure;
 use super::sessions::WebSession;
+use rungd_client::live::LiveProgram;
 use rungd_config::controller::user::WebRole;
 use rungd_config::controller::web::WebSettings;
+
+/// The settings of pages, of the program's controller file.
+pub(super) fn settings(program: &LiveProgram) -> Option<&WebSettings> {
+    program.controller.as_ref().map(|controller| &controller.web)
+}
 
 /// The time without an act after which a user is signed out.
 pub(super) fn idle_max(settings: &WebSettings) -> Option<Duration> {

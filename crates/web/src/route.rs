@@ -20,13 +20,13 @@ use super::patience::BrowserPatience;
 use super::query::Query;
 use super::recipe::RECIPE_BYTES_MAX;
 use super::reply::{WebAnswer, WebFailure, WebResult, bad, json_answer, typed};
-use super::rights::SessionRights;
+use super::rights::{SessionRights, settings};
 use super::routes::{PageChange, PageQuestion};
 use super::sender::Visitor;
 use super::sessions::{COOKIE, SignedIn, WebSession, cookie_of};
 use super::site::WebSite;
 use super::stream;
-use super::views::{settings, viewed};
+use super::views::viewed;
 use rungd_config::controller::user::WebRole;
 
 /// The most bytes of a change, and the time limit for receiving it.

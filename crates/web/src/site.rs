@@ -13,10 +13,9 @@ use super::follow::FollowThread;
 use super::guard::RequestGuard;
 use super::hasher::Hasher;
 use super::journal::say;
-use super::rights::idle_max;
+use super::rights::{idle_max, settings};
 use super::sessions::{SignedIn, WebSession, WebSessions};
 use super::users::{UserFailure, Users};
-use super::views::settings;
 use rungd_base::locked::locked;
 use rungd_client::live::LiveView;
 

@@ -1,5 +1,5 @@
 //! What every question and change of a page begins with: the present view of the controller, the
-//! settings of its pages, the operand that is named, a thread for the answer.
+//! operand that is named, a thread for the answer.
 //!
 //! Used by `api`, `panels`, `recipe` and the changes. Nothing here asks the controller.
 
@@ -12,8 +12,7 @@ use super::follow::LookResult;
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, computed};
 use super::site::WebSite;
-use rungd_client::live::{LiveProgram, LiveView};
-use rungd_config::controller::web::WebSettings;
+use rungd_client::live::LiveView;
 
 /// The longest name of an operand.
 pub(super) const OPERAND_BYTES_MAX: usize = 256;
@@ -26,11 +25,6 @@ pub(super) async fn viewed(site: &WebSite) -> Result<LiveView, WebFailure> {
 /// The view of a look at the controller, or why there is none.
 pub(super) fn of(seen: Arc<LookResult>) -> Result<LiveView, WebFailure> {
     seen.view.clone().map_err(|why| WebFailure(StatusCode::BAD_GATEWAY, why))
-}
-
-/// The settings of pages, of the program's controller file.
-pub(super) fn settings(program: &LiveProgram) -> Option<&WebSettings> {
-    program.controller.as_ref().map(|controller| &controller.web)
 }
 
 /// The operand that a question names.
