@@ -74,6 +74,10 @@ fn lines(
             continue;
         }
         number += 1;
+        // The last line is still being written, or its rest was lost.
+        if is_rest && (bytes.len() as u64) < LINE_BYTES_MAX {
+            continue;
+        }
         let line = LoggedLine::read(&String::from_utf8_lossy(&bytes));
         let Some(line) = line.filter(|line| is_audited(line.event)) else { continue };
         if !take(AuditedLine { place: format!("{name}:{number}"), line })? {

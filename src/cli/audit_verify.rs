@@ -14,7 +14,7 @@ use rungd_runtime::events::LOG_CHAIN;
 pub(super) struct ChainCheck {
     /// The last link.
     last: Option<ChainLink>,
-    /// The first link, and whether the lines before it are elsewhere.
+    /// The first link. Behind a number above 1 the lines before it are elsewhere.
     first: Option<ChainLink>,
     /// The number of lines that fit.
     pub lines: u64,
@@ -57,9 +57,13 @@ impl ChainCheck {
             self.unchained += u64::from(self.last.is_none());
             return if self.last.is_none() { Ok(()) } else { broken(ChainBreakKind::Unlinked) };
         };
-        // The first line of a part of a log cannot be judged: the link before it is elsewhere.
-        let before = self.last.or((link.number == 1).then_some(ChainLink::NONE));
+        // The first line of a part of a log cannot be judged: the link before it is elsewhere,
+        // unless it is the wanted one.
+        let is_next = |wanted: &ChainLink| wanted.number.checked_add(1) == Some(link.number);
+        let wanted = self.wanted.filter(is_next);
+        let before = self.last.or((link.number == 1).then_some(ChainLink::NONE)).or(wanted);
         if let Some(last) = before {
+            self.is_seen |= self.wanted == Some(last);
             let next = last.next(line.covered.as_bytes());
             let kind = match link.number {
                 number if number == next.number && link != next => ChainBreakKind::Changed(number),
@@ -91,7 +95,19 @@ impl ChainCheck {
             return Err("no line has a link: RUNGD_LOG_CHAIN was not set".to_owned());
         };
         if let Some(wanted) = self.wanted.filter(|_| !self.is_seen) {
-            return Err(format!("link {} is not in this chain: it was made anew", wanted.number));
+            return Err(match wanted.number {
+                number if number < first.number => format!(
+                    "link {number} is before the first line (link {}): give the files before it, \
+                     too",
+                    first.number
+                ),
+                number if number > last.number => format!(
+                    "link {number} is behind the last line (link {}): its end is missing, or the \
+                     chain was made anew",
+                    last.number
+                ),
+                number => format!("link {number} differs: the chain was made anew"),
+            });
         }
         let mut text = format!("intact: links {} to {}", first.number, last.number);
         if first.number > 1 {
@@ -130,5 +146,58 @@ impl fmt::Display for ChainBreak {
                  file of RUNGD_LOG_CHAIN was lost or is old (a power cut), or lines were inserted"
             ),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::daemon::log_reading::LoggedLine;
+
+    /// The lines of a chain of five links, as text, and its links.
+    fn chain() -> (Vec<String>, Vec<ChainLink>) {
+        let (mut lines, mut links, mut last) = (Vec::new(), Vec::new(), ChainLink::NONE);
+        for count in 0..5 {
+            let text = format!("RUNGD-0801 operator-write: {count} who=anna");
+            last = last.next(text.as_bytes());
+            lines.push(format!("{text} chain={last}"));
+            links.push(last);
+        }
+        (lines, links)
+    }
+
+    /// A link with the hash of a different one.
+    fn renumbered(link: ChainLink, number: u64) -> ChainLink {
+        let text = link.to_string();
+        ChainLink::parse(&format!("{number}:{}", text.split_once(':').unwrap().1)).unwrap()
+    }
+
+    fn verdict(lines: &[String], wanted: ChainLink) -> Result<String, String> {
+        let mut check = ChainCheck::wanting(Some(wanted));
+        for line in lines {
+            let line = LoggedLine::read(line).unwrap();
+            let audited = AuditedLine { place: "log:1".to_owned(), line };
+            check.take(&audited).map_err(|broken| broken.to_string())?;
+        }
+        check.verdict()
+    }
+
+    #[test]
+    fn a_wanted_link_is_found_also_right_before_the_first_line() {
+        let (lines, links) = chain();
+        assert!(verdict(&lines, links[2]).is_ok());
+        assert!(verdict(&lines[2..], links[1]).is_ok(), "it judges the first line");
+        let other = renumbered(links[4], 2);
+        assert!(verdict(&lines[2..], other).unwrap_err().contains("(link 3) was changed"));
+    }
+
+    #[test]
+    fn a_wanted_link_that_is_missing_is_told_with_its_side() {
+        let (lines, links) = chain();
+        let told = |lines: &[String], wanted| verdict(lines, wanted).unwrap_err();
+        assert!(told(&lines[2..], links[0]).contains("before the first line (link 3)"));
+        assert!(told(&lines[..3], links[4]).contains("behind the last line (link 3)"));
+        let other = renumbered(links[4], 3);
+        assert!(told(&lines, other).contains("differs"));
     }
 }

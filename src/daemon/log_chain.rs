@@ -170,6 +170,12 @@ impl LogChain {
         self.file.set_len(text.len() as u64)
     }
 
+    /// Whether the newest link is on the disk.
+    #[cfg(test)]
+    pub fn is_synced(&self) -> bool {
+        !self.is_dirty
+    }
+
     /// Writes the newest link to the disk.
     ///
     /// # Errors

@@ -80,7 +80,7 @@ impl LogQueue {
         chain: Option<LogChain>,
     ) -> io::Result<LogQueue> {
         let (queue, tally) = LogQueue::with_tally();
-        let sink = LineSink { out, torn: false, journal, chain, unkept: None };
+        let sink = LineSink { out, rest: Vec::new(), journal, chain, unkept: None };
         let writer = thread::Builder::new().name("rungd-log".into());
         writer.spawn(move || write_lines(tally, sink))?;
         Ok(queue)
@@ -155,8 +155,9 @@ thread_local! {
 /// The destination of the lines.
 struct LineSink<W> {
     out: W,
-    /// Only a part of the last line was written.
-    torn: bool,
+    /// The part of the last line that is not written yet: nothing else comes before it, so that
+    /// every line of the log stays whole, with its link.
+    rest: Vec<u8>,
     journal: Option<Socket>,
     /// The chain of the audit trail.
     chain: Option<LogChain>,
@@ -194,13 +195,24 @@ impl<W: Write> LineSink<W> {
         }
     }
 
+    /// Writes a line; true also if its rest is still to be written.
     fn line(&mut self, line: &[u8]) -> bool {
-        if self.torn && self.write(b"\n") == 0 {
+        if !self.finish() {
             return false;
         }
         let written = self.write(line);
-        self.torn = (1..line.len()).contains(&written);
-        written == line.len()
+        if written > 0 {
+            self.rest = line[written..].to_vec();
+        }
+        written > 0
+    }
+
+    /// Writes the rest of a line of which only a part was written; false if there is still one.
+    fn finish(&mut self) -> bool {
+        let mut rest = std::mem::take(&mut self.rest);
+        let written = self.write(&rest);
+        self.rest = rest.split_off(written);
+        self.rest.is_empty()
     }
 
     /// Writes as many of the bytes as possible, and returns their number.
@@ -255,6 +267,7 @@ impl LineTally {
             return;
         }
         self.told = Some(Instant::now());
+        out.sync_chain();
         let now_ns = self.started.elapsed().as_nanos() as u64;
         let told = locked(&self.limits).due_reports(now_ns, all);
         for (withheld, WithheldLines { lines, lasted_ns }) in told {
@@ -309,6 +322,7 @@ fn write_lines(mut tally: LineTally, mut out: LineSink<impl Write>) {
             }
             Ok(LogItem::Flush(done)) => {
                 tally.report_withheld(&mut out, true);
+                out.finish();
                 let _ = out.out.flush();
                 out.sync_chain();
                 if out.journal.is_some() && tally.started.elapsed() < TELL_EVERY {
@@ -317,7 +331,7 @@ fn write_lines(mut tally: LineTally, mut out: LineSink<impl Write>) {
                 let _ = done.try_send(());
             }
             Err(RecvTimeoutError::Timeout) => {
-                out.sync_chain();
+                out.finish();
                 tally.report_withheld(&mut out, false);
             }
             Err(RecvTimeoutError::Disconnected) => return,
@@ -327,6 +341,7 @@ fn write_lines(mut tally: LineTally, mut out: LineSink<impl Write>) {
 
 #[cfg(test)]
 mod tests {
+    use super::super::log_chain::ChainLink;
     use super::*;
 
     fn formed(line: &[u8]) -> FormedLine {
@@ -374,6 +389,53 @@ mod tests {
         }
     }
 
+    fn sink<W>(out: W, chain: Option<LogChain>) -> LineSink<W> {
+        LineSink { out, rest: Vec::new(), journal: None, chain, unkept: None }
+    }
+
+    /// Has room for some bytes, and then for none.
+    #[derive(Default)]
+    struct FullDisk {
+        text: Vec<u8>,
+        room: usize,
+    }
+
+    impl Write for FullDisk {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            let count = bytes.len().min(self.room);
+            if count == 0 {
+                return Err(io::ErrorKind::StorageFull.into());
+            }
+            self.room -= count;
+            self.text.extend(&bytes[..count]);
+            Ok(count)
+        }
+
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_line_that_was_written_in_part_is_completed_first_and_the_chain_stays_whole() {
+        let file = std::env::temp_dir().join(format!("rungd-torn-{}", std::process::id()));
+        let _ = std::fs::remove_file(&file);
+        let chained = |text: &[u8]| FormedLine { chained: Some(ChainedForm::Text), ..formed(text) };
+        let mut sink = sink(FullDisk::default(), Some(LogChain::open(&file).unwrap().0));
+        sink.out.room = 20;
+        assert!(sink.put(&chained(b"one\n")), "its rest comes first");
+        assert!(!sink.put(&chained(b"lost\n")));
+        sink.out.room = 1000;
+        assert!(sink.put(&chained(b"two\n")));
+        let one = ChainLink::NONE.next(b"one");
+        let expected = format!("one chain={one}\ntwo chain={}\n", one.next(b"two"));
+        assert_eq!(String::from_utf8(sink.out.text.clone()).unwrap(), expected);
+        assert!(!sink.chain.as_ref().unwrap().is_synced());
+        LogQueue::with_tally().1.report_withheld(&mut sink, false);
+        assert!(sink.chain.as_ref().unwrap().is_synced(), "though lines come without a pause");
+        let _ = std::fs::remove_file(file);
+    }
+
     #[test]
     fn a_full_log_is_retried_and_failures_are_counted() {
         let narrow = Narrow::default();
@@ -383,8 +445,8 @@ mod tests {
         assert_eq!(*narrow.text.lock().unwrap(), b"one\n");
         let (_, mut tally) = LogQueue::with_tally();
         tally.receiver.count_dropped(5);
-        let mut sink =
-            LineSink { out: narrow.clone(), torn: true, journal: None, chain: None, unkept: None };
+        let mut sink = sink(narrow.clone(), None);
+        sink.rest = b"1\n".to_vec();
         *narrow.fails.lock().unwrap() = true;
         OWN.set(Some(vec![formed(b"dropped\n")]));
         assert!(!sink.line(b"two\n"));
@@ -395,7 +457,7 @@ mod tests {
         OWN.set(Some(vec![formed(b"dropped\n")]));
         tally.report_withheld(&mut sink, true);
         assert!(sink.line(b"three\n"));
-        assert_eq!(*narrow.text.lock().unwrap(), b"one\n\ndropped\nthree\n");
+        assert_eq!(*narrow.text.lock().unwrap(), b"one\n1\ndropped\nthree\n");
         assert_eq!(tally.receiver.take_dropped(), 0);
         OWN.set(None);
     }

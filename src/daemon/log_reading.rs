@@ -133,13 +133,22 @@ impl<'de> Deserialize<'de> for JsonObject {
     }
 }
 
+/// The field that comes first in each line by a person.
+const FIRST_FIELD: &str = "who";
+
 /// The sentence of a line, and the fields behind it: ` name=value`, where a value that is not one
 /// plain word is a text in quotes.
 fn sentence_and_fields(text: &str) -> (String, Vec<(String, String)>) {
     let (mut sentence, mut fields) = (text, Vec::new());
     while let Some((before, field)) = last_field(sentence) {
+        // The first field of a line by a person: what stands before it is the sentence, which may
+        // end with a reason that looks like fields.
+        let is_first = field.0 == FIRST_FIELD;
         fields.push(field);
         sentence = before;
+        if is_first {
+            break;
+        }
     }
     fields.reverse();
     (sentence.to_owned(), fields)
@@ -252,8 +261,12 @@ mod tests {
             LoggedLine::read(&format!("RUNGD-0816 operator-shelve: said: why=\"x\" {fields}"))
                 .unwrap()
         };
+        let cut = line("new sheet, setpoint=42 who=anna uid=7 reason=\"x who=eve\"");
+        assert_eq!(cut.message, "said: why=\"x\" new sheet, setpoint=42");
+        assert_eq!((cut.field("reason"), cut.field("who")), (Some("x who=eve"), Some("anna")));
+        assert_eq!((cut.field("setpoint"), cut.field("why")), (None, None));
         let odd = r#"a="b" who=eve \ ü"#;
-        let read = line(&format!("tag=jam why={odd:?} who=anna"));
+        let read = line(&format!("who=anna tag=jam why={odd:?}"));
         assert_eq!((read.field("why"), read.field("who")), (Some(odd), Some("anna")));
         let newline = "a\nb\u{202e}";
         assert_eq!(line(&format!("why={newline:?}")).field("why"), Some(newline));

@@ -253,7 +253,7 @@ fn a_new_start_goes_on_behind_the_last_link_and_an_end_that_was_cut_off_is_found
     logged.start(&["--log-format", "text"]);
     logged.end();
     assert_eq!(logged.audit(&["--verify"]).code, 0);
-    is_broken(&logged.audit(&["--verify", "--expect", &newest]), "", "it was made anew");
+    is_broken(&logged.audit(&["--verify", "--expect", &newest]), "", "the chain was made anew");
     // An old file of the chain, as after a power cut.
     fs::write(logged.folder.join("chain"), format!("{newest}\n")).unwrap();
     logged.start(&["--log-format", "text"]);
