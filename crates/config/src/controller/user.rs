@@ -1,7 +1,8 @@
 //! `[[user]]`: what the users of `rungd web` may do. Their passwords are elsewhere: in the file of
 //! `rungd web passwd`.
 //!
-//! `web` reads it. The daemon and `rungd web` both judge by it: neither alone gives a right.
+//! `web` reads it. The daemon and `rungd web` both judge a write by it: neither alone gives that
+//! right. An acknowledgement has no operand: `rungd web` alone judges it.
 
 use std::collections::HashMap;
 
@@ -18,7 +19,7 @@ use rungd_language::source::value_kind::{KeyWords, WrongWord};
 pub enum WebRole {
     /// To look.
     View,
-    /// To acknowledge and shelve alarms, and to write what `[web] write` lists.
+    /// To acknowledge alarms, and to write what `[web] write` lists.
     Operate,
     /// To write what `[web] write-service` lists, too.
     Service,

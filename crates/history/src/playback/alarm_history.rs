@@ -29,7 +29,7 @@ const CHATTER_NS: i64 = 60 * 1_000_000_000;
 pub struct AlarmFigures {
     /// Its tag.
     pub tag: String,
-    /// Its text, in the last program that has it.
+    /// Its text, in the first program that has it, as its priority and its group are.
     pub text: String,
     /// Its priority.
     pub priority: Priority,
@@ -238,7 +238,7 @@ impl AlarmHistory {
         }
     }
 
-    /// The index of an alarm.
+    /// The index of an alarm: the same if its tag is, whatever the program.
     fn number(&mut self, alarm: &Alarm) -> usize {
         if let Some(number) = self.numbers.get(&alarm.tag) {
             return *number;

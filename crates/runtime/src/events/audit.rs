@@ -7,9 +7,10 @@ use super::Event;
 use super::{controller as process, memory, plant, reload, world as operator};
 
 /// The events of the audit trail.
-const AUDITED: [&Event; 21] = [
+const AUDITED: [&Event; 22] = [
     &process::PROCESS_START,
     &process::PROCESS_END,
+    &plant::LINES_WITHHELD,
     &plant::LOG_DROPPED,
     &plant::LOG_CHAIN,
     &operator::OPERATOR_WRITE,
@@ -39,4 +40,17 @@ pub fn audited() -> impl Iterator<Item = &'static Event> {
 /// Whether a line of an event belongs to the audit trail.
 pub fn is_audited(event: &Event) -> bool {
     AUDITED.iter().any(|audited| audited.number == event.number)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::events::Silence;
+
+    #[test]
+    fn no_event_of_the_trail_can_be_switched_off() {
+        for event in audited() {
+            assert_eq!(event.silence, Silence::Never, "{}", event.name);
+        }
+    }
 }

@@ -53,7 +53,7 @@ rows! {
         "The scan thread swapped programs between two scans; swap_us says how long the swap took.",
         "Nothing.";
 
-    RELOAD_SAME = 1009, "reload-same", Info, NONE, ByName:
+    RELOAD_SAME = 1009, "reload-same", Info, NONE, Never:
         "ba15168d27024a8bbfe54a83c5f7c210",
         "A reload was asked for, and the files are unchanged. Nothing was swapped, and a rollback \
          has the same target as before.",
