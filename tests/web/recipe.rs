@@ -78,9 +78,9 @@ fn a_recipe_is_written_as_one_change_or_not_at_all() {
     let refused = refused.json();
     assert_eq!(refused["mistakes"][0]["operand"], "recipes[2].sugar", "{refused}");
     assert_eq!(value(&web, "recipes[1].sugar"), 200);
-    // What `[web] write` does not list is refused by the controller itself.
+    // Nothing but the parts of the recipe comes with it.
     let secret = write(json!([one("recipes[0].sugar", json!(1)), one("secret", json!(1))]));
-    assert!(secret.status == 409 && secret.body.contains("does not list it"), "{secret:?}");
+    assert!(secret.status == 400 && secret.body.contains("is no part of"), "{secret:?}");
     assert_eq!((value(&web, "recipes[0].sugar"), value(&web, "secret")), (150.into(), 0.into()));
 }
 
@@ -112,4 +112,16 @@ fn a_wrong_recipe_or_file_is_refused_with_its_place() {
         (0..9000).map(|_| json!({ "operand": "recipes[0].sugar", "value": 1 })).collect();
     let many = web.post("/api/recipe", &anna, &json!({ "operand": "recipes", "writes": many }));
     assert!([400, 409].contains(&many.status), "{many:?}");
+}
+
+#[test]
+fn a_recipe_of_the_service_is_refused_to_who_operates_before_the_controller_is_asked() {
+    let controller = CONTROLLER.replace("write =", "write-service =");
+    let user = "[[user]]\nname = \"anna\"\nrole = \"operate\"\n";
+    let (web, anna) = signed_in(LADDER, &format!("{controller}{user}"));
+    let writes = json!([{ "operand": "recipes[0].sugar", "value": 1 }]);
+    let said = json!({ "operand": "recipes", "writes": writes });
+    let refused = web.post("/api/recipe", &anna, &said);
+    assert_eq!(refused.status, 403, "{refused:?}");
+    assert!(refused.body.contains("this needs the role `service`"), "{refused:?}");
 }

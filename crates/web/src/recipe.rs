@@ -2,10 +2,12 @@
 //!
 //! Called by `api` for the values, and by `changes` for a file that is read and for the change. The
 //! file is that of `rungd read --file` and `rungd write --file` (`client::operator::value_set`).
-//! The controller answers with the values of one scan, and judges a change whole; here only the
-//! operands are compared with the panels that the program has.
+//! The controller answers with the values of one scan, and judges a change whole; here the operands
+//! are compared with the panels that the program has, and with the roles that they need.
 
+use std::collections::HashMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use hyper::StatusCode;
 use serde_json::{Value, json};
@@ -14,6 +16,7 @@ use super::journal::say;
 use super::panels::{is_part_of, shows, takes, word};
 use super::query::Query;
 use super::reply::{WebFailure, WebResult, bad, json_answer};
+use super::rights::{SessionRights, settings};
 use super::sender::{ChangeFailure, Visitor, reason, sent};
 use super::site::WebSite;
 use super::views::{asked, operand, viewed};
@@ -22,6 +25,7 @@ use rungd_client::operator::client;
 use rungd_client::operator::protocol::{GivenWrite, Request, ShownValue, WritableValues};
 use rungd_client::operator::value_set::{FileWrite, file_text, read_file};
 use rungd_config::controller::panel::WidgetKind;
+use rungd_config::controller::user::WebRole;
 use rungd_language::source::finding::Finding;
 
 /// The most bytes of a change or a file of a recipe.
@@ -91,6 +95,29 @@ fn in_line(finding: &Finding, text: &str) -> String {
     format!("line {}: {}", before.matches('\n').count() + 1, finding.message)
 }
 
+/// Judges the operands of a change: each is a part of the recipe, and the user has its role.
+fn judge_parts(
+    program: &LiveProgram,
+    visitor: &Visitor,
+    recipe: &str,
+    writes: &[GivenWrite],
+) -> Result<(), WebFailure> {
+    let listed = settings(program).map_or(&[][..], |web| &web.write);
+    let roles = listed.iter().map(|operand| (operand.name.as_str(), operand.role));
+    let roles: HashMap<&str, WebRole> = roles.collect();
+    let rights = SessionRights::of(&visitor.session, settings(program), Instant::now());
+    for GivenWrite { operand, .. } in writes {
+        if !is_part_of(operand, recipe) {
+            return Err(bad(format!("`{operand}` is no part of the recipe `{recipe}`")));
+        }
+        // The controller refuses what is not listed, each with its place.
+        if let Some(role) = roles.get(operand.as_str()) {
+            rights.judge(&visitor.session, *role)?;
+        }
+    }
+    Ok(())
+}
+
 /// Writes the changed values of a recipe as one change.
 pub(super) async fn write(
     site: &Arc<WebSite>,
@@ -102,6 +129,7 @@ pub(super) async fn write(
     let recipe = shown(&view.program, said["operand"].as_str().unwrap_or_default())?;
     let writes: Result<Vec<GivenWrite>, _> = serde_json::from_value(said["writes"].clone());
     let writes = writes.map_err(|_| bad("`writes` is a list of operands and values"))?;
+    judge_parts(&view.program, visitor, &recipe, &writes)?;
     let count = writes.len();
     let (for_user, from_page) = (Some(user.to_owned()), true);
     let request = Request::WriteSet { writes, for_user, from_page, reason: reason(said) };
