@@ -62,12 +62,9 @@ pub struct SimArgs {
     stop: bool,
 }
 
-/// The longest period, µs.
-const PERIOD_US_MAX: u64 = i32::MAX as u64 * 1000;
-
 fn period(text: &str) -> Result<ScanPeriod, String> {
     let us = match ScanPeriod::written_us(text) {
-        Some(us) => us.min(PERIOD_US_MAX),
+        Some(us) => us.min(ScanPeriod::MOST_US),
         None => u64::from(time(text)?) * 1000,
     };
     ScanPeriod::of_us(us).ok_or(format!("a period is at least {}us", ScanPeriod::LEAST_US))

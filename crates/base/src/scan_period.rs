@@ -15,6 +15,9 @@ impl ScanPeriod {
     /// The least period, µs.
     pub const LEAST_US: u64 = 100;
 
+    /// The longest period, µs: the longest duration.
+    pub const MOST_US: u64 = i32::MAX as u64 * 1000;
+
     /// The period of a program that nobody gave one.
     pub const DEFAULT: ScanPeriod = ScanPeriod { us: 10_000 };
 

@@ -231,7 +231,7 @@ impl ValueKind for Periods {
             let help = propose(pair(format!("{key} = \"{value}\"")));
             find(Finding::new(Code::OutOfRange, text.span, message).help(help));
         };
-        if us > PERIOD_US_MAX {
+        if us > ScanPeriod::MOST_US {
             refuse("most 596h", "10ms");
             return None;
         }
@@ -242,9 +242,6 @@ impl ValueKind for Periods {
         period
     }
 }
-
-/// The longest duration, µs.
-const PERIOD_US_MAX: u64 = i32::MAX as u64 * 1000;
 
 /// Values that a function reads from a text: paths, addresses, permissions.
 #[derive(Clone, Copy, Debug)]
