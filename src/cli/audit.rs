@@ -85,15 +85,31 @@ pub fn audit(args: &AuditArgs) -> Result<Exit> {
     let mut out = BufWriter::new(std::io::stdout().lock());
     let mut form = TrailForm::of(args, &clock);
     form.begin(&mut out)?;
+    let mut has_lines = false;
     source.each(|AuditedLine { line, .. }| {
         if span.has(&line) && is_by(&line, args.who.as_deref()) {
+            has_lines = true;
             form.write(&mut out, &line)?;
         }
         Ok(true)
     })?;
     form.end(&mut out)?;
     out.flush()?;
+    if !has_lines {
+        say_line(&nothing_found(&source));
+    }
     Ok(Exit::Ok)
+}
+
+/// What is said of a log without such a line: an empty answer would look like a fault.
+fn nothing_found(source: &AuditSource<'_>) -> String {
+    match source {
+        AuditSource::Files(_) => "no such change in this log".to_owned(),
+        AuditSource::Journal(unit) => format!(
+            "no such change in the journal of the unit {unit}; of a controller that runs in a \
+             terminal, name the file of its log: `rungd audit FILE`"
+        ),
+    }
 }
 
 fn verify(source: &AuditSource<'_>, expect: Option<ChainLink>) -> Result<Exit> {

@@ -172,6 +172,15 @@ fn each_change_is_told_with_who_old_new_and_reason_in_each_form() {
 }
 
 #[test]
+fn an_empty_trail_is_told_as_one() {
+    let logged = Logged::new();
+    fs::write(logged.log(), "a line of another program\n").unwrap();
+    let told = logged.audit(&[]);
+    assert_eq!((told.code, told.out.as_str()), (0, ""), "{}", told.err);
+    assert_eq!(told.err, "no such change in this log\n");
+}
+
+#[test]
 fn a_line_that_is_changed_removed_moved_or_inserted_is_found_at_its_place() {
     for form in ["text", "json"] {
         let logged = shift(form);
