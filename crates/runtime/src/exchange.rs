@@ -7,14 +7,13 @@
 //!
 //! Callers wait here too: [`Port::done`] for a batch, [`Port::answered`] for a command,
 //! [`Port::shows`] for an image. Each is a plain future. The monitor thread wakes it after it has
-//! published something; the scan thread wakes no task.
+//! published something (`waiting`); the scan thread wakes no task.
 //!
 //! Deliberately absent: names, Modbus, and time limits. The caller sets its own limit.
 
 use std::collections::VecDeque;
-use std::future::{Future, poll_fn};
+use std::future::Future;
 use std::sync::{Arc, Mutex};
-use std::task::{Poll, Waker};
 use std::time::Duration;
 
 use super::command::{
@@ -27,6 +26,7 @@ pub use super::image::{SafeState, Snapshot};
 pub use super::mode::{FaultReason, Mode, StopReason};
 use super::origin::Origin;
 pub use super::origin::Ticket;
+use super::waiting::{PortWait, Waiting};
 use rungd_base::locked::locked;
 use rungd_engine::{BitCell, Cell, WordBitCell, WordCell};
 
@@ -183,7 +183,7 @@ pub(super) struct ExchangeState {
     refusals: Mutex<LateRefusals>,
     commands: Mutex<CommandEntry>,
     /// The tasks that wait for a change.
-    waiting: Mutex<Vec<Waker>>,
+    waiting: Arc<Waiting>,
     /// The senders of batches and commands, for the scan log.
     signatures: Mutex<VecDeque<(Origin, String)>>,
 }
@@ -215,7 +215,7 @@ impl Port {
             door: Mutex::new(BatchEntry { queue, last: 0 }),
             refusals: Mutex::default(),
             commands: Mutex::new(commands),
-            waiting: Mutex::default(),
+            waiting: Arc::default(),
             signatures: Mutex::default(),
         };
         Port { shared: Arc::new(shared) }
@@ -267,35 +267,31 @@ impl Port {
         self.until(move |port| (!Arc::ptr_eq(&port.latest(), &seen)).then_some(()))
     }
 
-    /// Ends with the first image that meets the condition; that may be the latest one.
-    pub fn shows(&self, wanted: impl Fn(&Snapshot) -> bool) -> impl Future<Output = Arc<Snapshot>> {
-        self.until(move |port| Some(port.latest()).filter(|latest| wanted(latest)))
+    /// Ends with the first image that meets the condition; that may be the latest one. The monitor
+    /// thread judges each image, and wakes the task for that one only.
+    pub fn shows<W>(&self, wanted: W) -> impl Future<Output = Arc<Snapshot>> + use<W>
+    where
+        W: Fn(&Snapshot) -> bool + Send + Sync + 'static,
+    {
+        let wanted = Arc::new(wanted);
+        let is_wanted = Arc::clone(&wanted);
+        let port = self.clone();
+        let look = move || Some(port.latest()).filter(|latest| wanted(latest));
+        PortWait::new(Arc::clone(&self.shared.waiting), look, Some(is_wanted))
     }
 
     /// Ends with the result of `look`. Calls `look` now and after every change.
-    fn until<T, L: FnMut(&Port) -> Option<T>>(
+    fn until<T, L: FnMut(&Port) -> Option<T> + Unpin>(
         &self,
         mut look: L,
     ) -> impl Future<Output = T> + use<T, L> {
         let port = self.clone();
-        poll_fn(move |context| {
-            let mut waiting = locked(&port.shared.waiting);
-            // `look` is called under the lock. A thread that publishes a change takes the lock
-            // after that: either this look finds the change, or this waker is called.
-            if let Some(found) = look(&port) {
-                return Poll::Ready(found);
-            }
-            if !waiting.iter().any(|waker| waker.will_wake(context.waker())) {
-                waiting.push(context.waker().clone());
-            }
-            Poll::Pending
-        })
+        PortWait::new(Arc::clone(&self.shared.waiting), move || look(&port), None)
     }
 
-    /// Wakes all waiting tasks, so that they look again. The monitor calls it after every change.
+    /// Wakes the waiting tasks that have to look again. The monitor calls it after every change.
     fn wake(&self) {
-        let waiting = std::mem::take(&mut *locked(&self.shared.waiting));
-        waiting.into_iter().for_each(Waker::wake);
+        self.shared.waiting.wake(|| self.latest());
     }
 
     /// Hands in a batch for the cells of the latest image's program. The scan applies all its

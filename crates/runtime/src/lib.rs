@@ -48,6 +48,7 @@ mod tape;
 mod tape_reader;
 mod tape_section;
 mod unwired;
+mod waiting;
 pub mod wall;
 pub mod wiring;
 

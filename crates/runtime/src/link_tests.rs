@@ -331,17 +331,37 @@ fn a_wait_for_a_command_ends_with_its_answer() {
 }
 
 #[test]
-fn a_wait_for_an_image_ends_with_the_first_matching_image() {
+fn a_task_that_waits_for_an_image_sleeps_until_that_image_is_there() {
     let (port, mut side, mut world) = small();
     let (bell, mut shows) = (Arc::new(Bell::default()), pin!(port.shows(|seen| seen.scans >= 2)));
     assert!(poll(shows.as_mut(), &bell).is_pending());
     scan(&mut side, 1, [0; 4]);
     world.pump();
-    assert!(bell.rung() == 1 && poll(shows.as_mut(), &bell).is_pending());
+    assert_eq!(bell.rung(), 0);
     scan(&mut side, 2, [0; 4]);
     world.pump();
     let Poll::Ready(image) = poll(shows.as_mut(), &bell) else { panic!("it is there") };
-    assert_eq!((bell.rung(), image.scans), (2, 2));
+    assert_eq!((bell.rung(), image.scans), (1, 2));
+}
+
+#[test]
+fn two_waits_of_one_task_are_each_woken_and_a_dropped_one_is_not() {
+    let (port, mut side, mut world) = small();
+    let bell = Arc::new(Bell::default());
+    let (mut third, mut fourth) = (
+        Box::pin(port.shows(|seen| seen.scans >= 3)),
+        Box::pin(port.shows(|seen| seen.scans >= 4)),
+    );
+    let mut dropped = Box::pin(port.shows(|seen| seen.scans >= 1));
+    assert!(poll(dropped.as_mut(), &bell).is_pending());
+    assert!(poll(third.as_mut(), &bell).is_pending() && poll(fourth.as_mut(), &bell).is_pending());
+    drop(dropped);
+    for (scans, rung) in [(1, 0), (2, 0), (3, 1), (4, 2)] {
+        scan(&mut side, scans, [0; 4]);
+        world.pump();
+        assert_eq!(bell.rung(), rung, "scan {scans}");
+    }
+    assert!(poll(third.as_mut(), &bell).is_ready() && poll(fourth.as_mut(), &bell).is_ready());
 }
 
 #[test]

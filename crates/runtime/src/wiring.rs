@@ -82,14 +82,23 @@ impl WiringTarget {
 
 /// The present values of the outputs: in RUN those of the last complete scan, else the safe values.
 pub fn outgoing(sources: &[OutputSource], image: &Snapshot, values: &mut [i32]) {
-    let safe = image.mode != Mode::Run;
-    for (value, source) in values.iter_mut().zip(sources) {
-        *value = match *source {
-            OutputSource::Output(y) => i32::from(image.outputs[y as usize]),
-            OutputSource::Cell(_, Some(fixed)) if safe => fixed,
-            OutputSource::Cell(cell, _) => image.value(cell),
-        };
+    for (value, present) in values.iter_mut().zip(present_values(sources, image)) {
+        *value = present;
     }
+}
+
+/// Whether the present values of the outputs are others than these.
+pub fn is_other(sources: &[OutputSource], image: &Snapshot, values: &[i32]) -> bool {
+    !present_values(sources, image).eq(values.iter().copied())
+}
+
+fn present_values(sources: &[OutputSource], image: &Snapshot) -> impl Iterator<Item = i32> {
+    let is_safe = image.mode != Mode::Run;
+    sources.iter().map(move |source| match *source {
+        OutputSource::Output(y) => i32::from(image.outputs[y as usize]),
+        OutputSource::Cell(_, Some(fixed)) if is_safe => fixed,
+        OutputSource::Cell(cell, _) => image.value(cell),
+    })
 }
 
 /// The values of the outputs at the end of the process, in every mode.

@@ -295,7 +295,7 @@ impl OperatorService {
         };
         if !there {
             // The scan thread has obeyed; the new mode shows with its first scan or passes.
-            let entered = self.port.shows(|latest| latest.since_ns != since_ns);
+            let entered = self.port.shows(move |latest| latest.since_ns != since_ns);
             timeout(self.wait(), entered).await.map_err(|_| no_answer())?;
             if to == WantedMode::Run {
                 self.first_scan_stays().await;
@@ -346,7 +346,7 @@ impl OperatorService {
     /// If the first scan requested a stop at once: waits for the mode after this stop.
     async fn first_scan_stays(&self) {
         let ends = |latest: &Snapshot| latest.mode == Mode::Run && latest.ending;
-        let ended = self.port.shows(|latest| !ends(latest));
+        let ended = self.port.shows(move |latest| !ends(latest));
         // With a long period the last scan may still be to come: then the answer says RUN.
         let _ = timeout(WAIT_LEAST, ended).await;
     }

@@ -23,7 +23,7 @@ use rungd_base::faults::{self, FaultPoint};
 use rungd_runtime::exchange::{Mode, Port, Snapshot, StopReason};
 use rungd_runtime::inputs::InputEnd;
 use rungd_runtime::monotonic_ns;
-use rungd_runtime::wiring::{OutputSource, last_words, outgoing};
+use rungd_runtime::wiring::{OutputSource, is_other, last_words, outgoing};
 
 /// The time limit for the safe values at the end; the process waits longer than this.
 const END_MAX: Duration = Duration::from_secs(2);
@@ -39,7 +39,7 @@ pub struct DeviceTask<D> {
     driver: D,
     input_end: InputEnd,
     port: Port,
-    outputs: Vec<OutputSource>,
+    outputs: Arc<[OutputSource]>,
     health: DeviceHealth,
     poll: Duration,
     retry: Retry,
@@ -112,7 +112,7 @@ impl<D: Driver> DeviceTask<D> {
             driver,
             input_end,
             port,
-            outputs,
+            outputs: outputs.into(),
             health,
             poll,
             retry: Retry::new(),
@@ -199,7 +199,6 @@ impl<D: Driver> DeviceTask<D> {
     async fn exchange_on(&mut self, stop: &mut StopRequest<'_, impl Future<Output = ()>>) -> bool {
         let mut poll = interval(self.poll);
         poll.set_missed_tick_behavior(MissedTickBehavior::Delay);
-        let mut image = self.port.latest();
         let mut is_part = false;
         loop {
             let due = tokio::select! {
@@ -207,18 +206,20 @@ impl<D: Driver> DeviceTask<D> {
                 _ = stop.requested() => DeviceEvent::Stop,
                 () = ready(()), if is_part => DeviceEvent::Poll,
                 _ = poll.tick() => DeviceEvent::Poll,
-                () = self.port.changed(&image), if !self.outputs.is_empty() => DeviceEvent::Change,
+                _ = self.other_outputs(), if !self.outputs.is_empty() => DeviceEvent::Change,
             };
-            image = self.port.latest();
+            let image = self.port.latest();
             let occasion = match due {
                 DeviceEvent::Stop => return false,
-                DeviceEvent::Change if !has_begun(&image) || !self.has_changed(&image) => continue,
-                DeviceEvent::Change => ExchangeReason::Change,
-                DeviceEvent::Poll => {
-                    outgoing(&self.outputs, &image, &mut self.values);
-                    if has_begun(&image) { ExchangeReason::Poll } else { ExchangeReason::First }
+                // A newer image may have the outputs that the driver knows.
+                DeviceEvent::Change if !is_to_offer(&self.outputs, &image, &self.offered) => {
+                    continue;
                 }
+                DeviceEvent::Change => ExchangeReason::Change,
+                DeviceEvent::Poll if has_begun(&image) => ExchangeReason::Poll,
+                DeviceEvent::Poll => ExchangeReason::First,
             };
+            outgoing(&self.outputs, &image, &mut self.values);
             let done = self.exchange(occasion, &image, stop).await;
             is_part = done == Ok(ExchangeExtent::Part);
             if let Err(trouble) = done {
@@ -233,9 +234,10 @@ impl<D: Driver> DeviceTask<D> {
         }
     }
 
-    fn has_changed(&mut self, image: &Arc<Snapshot>) -> bool {
-        outgoing(&self.outputs, image, &mut self.values);
-        self.values != self.offered
+    /// Ends with an image whose outputs the driver does not know yet.
+    fn other_outputs(&self) -> impl Future<Output = Arc<Snapshot>> + use<D> {
+        let (outputs, offered) = (Arc::clone(&self.outputs), self.offered.clone());
+        self.port.shows(move |image| is_to_offer(&outputs, image, &offered))
     }
 
     async fn exchange(
@@ -333,6 +335,11 @@ impl<D: Driver> DeviceTask<D> {
     }
 }
 
+/// Whether an image has other outputs than those that were offered to the driver.
+fn is_to_offer(sources: &[OutputSource], image: &Snapshot, offered: &[i32]) -> bool {
+    has_begun(image) && is_other(sources, image, offered)
+}
+
 /// Whether the latest outputs differ from `given`, the outputs that an exchange took from the image
 /// `seen`.
 fn is_to_write(port: &Port, seen: &Arc<Snapshot>, sources: &[OutputSource], given: &[i32]) -> bool {
@@ -340,9 +347,7 @@ fn is_to_write(port: &Port, seen: &Arc<Snapshot>, sources: &[OutputSource], give
     if sources.is_empty() || Arc::ptr_eq(&image, seen) || !has_begun(&image) {
         return false;
     }
-    let mut values = vec![0; given.len()];
-    outgoing(sources, &image, &mut values);
-    values != given || !has_begun(seen)
+    is_other(sources, &image, given) || !has_begun(seen)
 }
 
 fn no_connection(within: Duration) -> String {
