@@ -22,6 +22,7 @@ use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::protocol::{ControllerStatus, RefusalKind, Request, RequestRefusal};
 use rungd_history::playback::{AlarmFigures, AlarmHistory, AlarmSpan, SpanBegin, SpanEnd};
 use rungd_history::record::Recording;
+use rungd_lab::testing::line_judge;
 use rungd_language::source::wording::counted;
 
 /// The most alarms in a list of the page.
@@ -60,7 +61,7 @@ pub(super) fn history(request: HistoryRequest<'_>, at: &OperatorArgs) -> Result<
         }
     };
     let is_shown = |scan: &_| window.has(scan);
-    let mut history = AlarmHistory::of(&recording, window.sections.clone(), is_shown);
+    let mut history = AlarmHistory::of(&recording, window.sections.clone(), is_shown, line_judge);
     if let Some(group) = request.group {
         history.retain_group(group);
     }
@@ -163,6 +164,7 @@ fn longest(history: &AlarmHistory, span: &AlarmSpan, clock: &LocalClock) -> Stri
     let begin = if span.begin == SpanBegin::Before { "before " } else { "" };
     let end = match span.end {
         SpanEnd::Gone => "",
+        SpanEnd::Removed => ", until a reload removed it",
         SpanEnd::Gap => ", then a gap",
         SpanEnd::Stands => ", stands",
     };

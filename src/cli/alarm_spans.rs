@@ -91,6 +91,7 @@ fn begin_word(begin: SpanBegin) -> &'static str {
 fn end_word(end: SpanEnd) -> &'static str {
     match end {
         SpanEnd::Gone => "gone",
+        SpanEnd::Removed => "removed",
         SpanEnd::Gap => "gap",
         SpanEnd::Stands => "stands",
     }

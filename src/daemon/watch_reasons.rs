@@ -77,13 +77,13 @@ impl WatchReasons {
 /// # Errors
 /// The recording does not have the scan.
 fn explained(recording: &Arc<Recording>, news: &WatchNews) -> Result<Vec<String>, String> {
-    let section =
-        recording.place_of_scan(news.scan).ok_or("the scan log does not have the scan")?;
+    let scan = news.judged_scan;
+    let section = recording.place_of_scan(scan).ok_or("the scan log does not have the scan")?;
     let subject = playback::subject(recording.program(section))?;
     let mut lines = Vec::new();
     for operand in news.deciding.iter().take(EXPLAINED_MAX) {
         let is_before = operand.name != operand.place;
-        let at = QuestionTime::Scan(news.scan.saturating_sub(u64::from(is_before)).max(1));
+        let at = QuestionTime::Scan(scan.saturating_sub(u64::from(is_before)).max(1));
         let question = RecordedQuestion { section, at, limits: WHY };
         match playback::why(&subject, recording, &operand.place, question) {
             Ok(mut answer) => {

@@ -1,17 +1,18 @@
 //! `[[watch]]`: judges its lines behind each scan, without the scan thread.
 //!
 //! Called by `record_thread` with every entry of the tape. An engine of its own executes the
-//! recorded calls again, and only those operations that the lines depend on. What changes goes to
-//! `log_writer`, which makes an alarm of it, and to `watch_reasons`, which explains it.
+//! recorded calls again, and only those operations that the lines depend on. A line with a delay is
+//! told once the delay is over, by the times of scans. What is told goes to `log_writer`, which
+//! makes an alarm of it, and to `watch_reasons`, which explains it.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use rungd_config::controller::watch::WatchSettings;
+use rungd_config::controller::watch::{WatchSettings, WatchedCondition};
 use rungd_engine::{Engine, EngineCall, EngineProgram, EngineState};
 use rungd_lab::testing::{DecidingOperand, WatchedLines};
 use rungd_language::lower::Symbols;
-use rungd_runtime::TapeEntry;
+use rungd_runtime::{AlarmChange, AlarmDelay, AlarmDelays, ScanTime, TapeEntry};
 
 /// The most news that wait for the log. What does not fit is told later, as it then is.
 const NEWS_MAX: usize = 4_096;
@@ -19,6 +20,7 @@ const NEWS_MAX: usize = 4_096;
 /// The lines of one program, ready to be judged.
 pub(super) struct WatchPlan {
     names: Vec<String>,
+    delays: Vec<AlarmDelay>,
     lines: WatchedLines,
     /// The operations that they depend on.
     code: EngineProgram,
@@ -37,11 +39,15 @@ impl WatchPlan {
         let lines = WatchedLines::new(watches, symbols);
         let code = code.slice(lines.cells()).program;
         let names = watches.all.iter().map(|watch| watch.name.clone()).collect();
-        Some(WatchPlan { names, lines, code })
+        let delay = |watch: &WatchedCondition| {
+            AlarmDelay::of_ms(watch.terms.delay_ms, watch.terms.off_delay_ms)
+        };
+        let delays = watches.all.iter().map(delay).collect();
+        Some(WatchPlan { names, delays, lines, code })
     }
 }
 
-/// A line that begins or ceases to hold.
+/// A line that begins or ceases to hold, after its delay.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct WatchNews {
     /// The generation of its program.
@@ -49,9 +55,12 @@ pub(super) struct WatchNews {
     /// Its number.
     pub line: usize,
     pub holds: bool,
-    /// The scan at whose end it is so, and the time of that scan (CLOCK_MONOTONIC).
+    /// The first scan at whose end it is so, and the time of that scan and its delay
+    /// (CLOCK_MONOTONIC).
     pub scan: u64,
     pub at_ns: u64,
+    /// The scan that is explained: the one of the operands below.
+    pub judged_scan: u64,
     /// The operands that decide it; empty if it holds.
     pub deciding: Vec<DecidingOperand>,
 }
@@ -86,8 +95,26 @@ struct RunningWatch {
     /// The number of the present scan, and its time.
     scan: u64,
     at_ns: u64,
+    /// The lines that do not hold, by number: those with a delay follow later.
+    delays: AlarmDelays,
+    /// By line: whether it holds, after its delay, and since when; what the log gets.
+    settled: Vec<SettledLine>,
     /// By line: what the log knows.
     told: Vec<bool>,
+}
+
+/// What is so of a line after its delay.
+#[derive(Clone, Copy, Debug)]
+struct SettledLine {
+    holds: bool,
+    /// The scan of its last change, and the time of that scan and its delay.
+    scan: u64,
+    at_ns: u64,
+}
+
+impl SettledLine {
+    /// A line of which nothing is known.
+    const NEW: SettledLine = SettledLine { holds: true, scan: 0, at_ns: 0 };
 }
 
 /// The two ends of the news.
@@ -142,12 +169,7 @@ impl WatchRun {
             self.plans.retain(|announced, _| *announced >= generation);
             self.running = self.plans.remove(&generation).map(|plan| {
                 let engine = Engine::new(plan.code.clone());
-                let told = vec![true; plan.names.len()];
-                let (is_current, scan, at_ns) = (false, 0, 0);
-                let mut next =
-                    RunningWatch { generation, plan, engine, is_current, scan, at_ns, told };
-                next.continues(before.as_ref());
-                next
+                RunningWatch::new(generation, plan, engine, before.as_ref())
             });
         }
         let Some(running) = &mut self.running else { return };
@@ -182,46 +204,83 @@ impl WatchRun {
 }
 
 impl RunningWatch {
-    /// Lines of the same name hold what they held in the program before.
-    fn continues(&mut self, before: Option<&RunningWatch>) {
-        let Some(before) = before else { return };
+    /// A program begins. Lines of the same name go on as in the program before.
+    fn new(
+        generation: u32,
+        plan: WatchPlan,
+        engine: Engine,
+        before: Option<&RunningWatch>,
+    ) -> RunningWatch {
+        let known: BTreeMap<&String, usize> =
+            before.iter().flat_map(|before| before.plan.names.iter().zip(0..)).collect();
+        let numbers: Vec<Option<usize>> =
+            plan.names.iter().map(|name| known.get(name).copied()).collect();
+        let none = AlarmDelays::default();
+        let delays = before.map_or(&none, |before| &before.delays);
+        let delays = delays.carried(plan.delays.iter().copied().zip(numbers.iter().copied()));
+        let count = numbers.len();
+        let mut next = RunningWatch {
+            generation,
+            plan,
+            engine,
+            is_current: false,
+            scan: 0,
+            at_ns: 0,
+            delays,
+            settled: vec![SettledLine::NEW; count],
+            told: vec![true; count],
+        };
+        let Some(before) = before else { return next };
         let held: Vec<bool> = before.plan.lines.holding().collect();
-        let known: BTreeMap<&String, (bool, bool)> = before
-            .plan
-            .names
-            .iter()
-            .zip(held.into_iter().zip(before.told.iter().copied()))
-            .collect();
-        let of = |name| known.get(name).copied().unwrap_or((true, true));
-        let (held, told): (Vec<bool>, Vec<bool>) = self.plan.names.iter().map(of).unzip();
-        self.plan.lines.continues(held.into_iter());
-        self.told = told;
+        let held = numbers.iter().map(|number| number.is_none_or(|number| held[number]));
+        next.plan.lines.continues(held);
+        for (line, number) in numbers.iter().enumerate() {
+            let Some(number) = *number else { continue };
+            (next.settled[line], next.told[line]) = (before.settled[number], before.told[number]);
+        }
+        next
     }
 
     /// A scan has ended, but for its passes: tells what is not told yet.
     fn judge(&mut self, news: &SyncSender<WatchMessage>) -> Vec<(String, WatchNews)> {
-        let RunningWatch { generation, plan, engine, scan, at_ns, told, .. } = self;
-        let (generation, scan, at_ns) = (*generation, *scan, *at_ns);
-        let lines = &mut plan.lines;
-        lines.scanned(engine.image());
+        let RunningWatch { plan, engine, delays, scan, at_ns, .. } = self;
+        plan.lines.scanned(engine.image());
+        let time = ScanTime { scan: *scan, at_ns: *at_ns };
+        let mut changes = delays.due(time.at_ns);
+        for (line, holds) in plan.lines.holding().enumerate() {
+            changes.extend(delays.bit(line, !holds, time));
+        }
         let mut broken = Vec::new();
-        for (line, (told, holds)) in told.iter_mut().zip(lines.holding()).enumerate() {
-            if *told == holds {
-                continue;
-            }
-            let deciding = match holds {
-                true => Vec::new(),
-                false => lines.deciding(line, engine.image()),
-            };
-            let changed = WatchNews { generation, line, holds, scan, at_ns, deciding };
-            if news.try_send(WatchMessage::Changed(changed.clone())).is_err() {
-                break;
-            }
-            *told = holds;
-            if !holds {
-                broken.push((plan.names[line].clone(), changed));
-            }
+        for AlarmChange { number, on, scan, at_ns, .. } in changes {
+            self.settled[number] = SettledLine { holds: !on, scan, at_ns };
+            broken.extend(self.tell(number, news));
+        }
+        // What had no room before.
+        for line in 0..self.told.len() {
+            broken.extend(self.tell(line, news));
         }
         broken
+    }
+
+    /// Tells what is so of a line, unless the log knows it. Returns it, with the name of the line,
+    /// if the line does not hold.
+    fn tell(
+        &mut self,
+        line: usize,
+        news: &SyncSender<WatchMessage>,
+    ) -> Option<(String, WatchNews)> {
+        let SettledLine { holds, scan, at_ns } = self.settled[line];
+        if self.told[line] == holds {
+            return None;
+        }
+        let (generation, judged_scan) = (self.generation, self.scan);
+        let deciding = match holds {
+            true => Vec::new(),
+            false => self.plan.lines.deciding(line, self.engine.image()),
+        };
+        let changed = WatchNews { generation, line, holds, scan, at_ns, judged_scan, deciding };
+        news.try_send(WatchMessage::Changed(changed.clone())).ok()?;
+        self.told[line] = holds;
+        (!holds).then(|| (self.plan.names[line].clone(), changed))
     }
 }

@@ -146,6 +146,72 @@ fn an_alarm_ends_with_a_gap_of_the_recording_and_stands_before_behind_it() {
     assert_eq!(ends, ["rose,gap", "before,stands"], "{csv}");
 }
 
+#[test]
+fn an_alarm_that_a_reload_removes_ends_with_the_reload() {
+    let place = Place::new("history-removed");
+    let mut line = Line::new(LADDER);
+    for _ in 0..500 {
+        line.scan(&[("X3", 1)]);
+    }
+    let without = LADDER.replace(", alarm = \"Late\", priority = \"low\"", "");
+    line.reload(LADDER, &without, 1);
+    for _ in 0..500 {
+        line.scan(&[("X3", 1)]);
+    }
+    place.write("plant.rungd-log", &line.bytes());
+    let csv = printed(&place, &["--since", "-24h", "--recording", "plant.rungd-log", "--csv"]);
+    let spans: Vec<&str> = csv.lines().skip(1).collect();
+    assert_eq!(
+        spans,
+        ["\"late\",\"Late\",low,\"\",1,2026-11-22T10:00:00.000Z,2026-11-22T10:00:05.000Z,5.000,\
+          before,removed"]
+    );
+}
+
+#[test]
+fn an_alarm_with_a_delay_that_stands_when_the_window_begins_stood_before() {
+    let place = Place::new("history-lead");
+    let mut line = Line::new(&LADDER.replace("100ms", "3s"));
+    for scan in 0..2_000 {
+        line.scan(&[("X1", i32::from((200..1_500).contains(&scan)))]);
+    }
+    place.write("plant.rungd-log", &line.bytes());
+    // The bit is ON from 2 s on, so the alarm rises at 5 s.
+    for (since, rest) in [
+        ("10:00:04", "201,2026-11-22T10:00:05.000Z,2026-11-22T10:00:15.000Z,10.000,rose,gone"),
+        ("10:00:06", "601,2026-11-22T10:00:06.000Z,2026-11-22T10:00:15.000Z,9.000,before,gone"),
+    ] {
+        let since = format!("2026-11-22T{since}");
+        let csv = printed(&place, &["--since", &since, "--recording", "plant.rungd-log", "--csv"]);
+        let spans: Vec<&str> = csv.lines().skip(1).collect();
+        assert!(spans.len() == 1 && spans[0].ends_with(rest), "{since}: {spans:?}");
+    }
+}
+
+#[test]
+fn a_line_of_watch_that_does_not_hold_is_in_the_history_after_its_delay() {
+    let place = Place::new("history-watch");
+    let keys = "[[watch]]\nname = \"dry\"\nalways = \"!eye | calm\"\ndelay = \"100ms\"\n\
+                group = \"Belt\"\n[[watch]]\nname = \"rises\"\nalways = \"!rise(calm)\"\n";
+    let mut line = Line::with_keys(keys, LADDER);
+    for scan in 0..1_000 {
+        let eye = (100..105).contains(&scan) || (200..300).contains(&scan);
+        line.scan(&[("X0", i32::from(eye)), ("X2", i32::from(scan >= 900))]);
+    }
+    place.write("plant.rungd-log", &line.bytes());
+    let csv = printed(&place, &["--since", "-24h", "--recording", "plant.rungd-log", "--csv"]);
+    let of = |name: &str| -> Vec<&str> {
+        csv.lines().filter(|line| line.starts_with(&format!("\"{name}\","))).collect()
+    };
+    assert_eq!(
+        of("dry"),
+        ["\"dry\",\"it does not hold: !eye | calm\",medium,\"Belt\",201,\
+          2026-11-22T10:00:02.100Z,2026-11-22T10:00:03.000Z,0.900,rose,gone"]
+    );
+    let rises = of("rises");
+    assert!(rises.len() == 1 && rises[0].contains(",0.010,rose,gone"), "{rises:?}");
+}
+
 /// A day at 10 scans a second, in which 50 alarms rise 200 times each.
 fn day() -> Line {
     let of_each = |form: &dyn Fn(usize) -> String| (0..50).map(form).collect::<String>();

@@ -54,8 +54,14 @@ pub struct Line {
 
 /// A program as it is recorded, with its engine.
 fn recorded(ladder: &str, generation: u32) -> (RecordedProgram, Program) {
+    recorded_with("", ladder, generation)
+}
+
+/// The same with more keys of its controller file.
+fn recorded_with(keys: &str, ladder: &str, generation: u32) -> (RecordedProgram, Program) {
     let file = |name: &str, text: &str| (name.to_owned(), text.to_owned());
-    let all = [file("plant.toml", "ladder = [\"main.toml\"]\n"), file("main.toml", ladder)];
+    let controller = format!("ladder = [\"main.toml\"]\n{keys}");
+    let all = [file("plant.toml", &controller), file("main.toml", ladder)];
     let files = all.clone().map(|(name, text)| RecordedFile { name, text: text.into() }).to_vec();
     let loaded = recorded_files(&all.map(|(name, text)| SourceFile { name, text }));
     let program = loaded.program.unwrap_or_else(|| panic!("{:?}", loaded.findings));
@@ -72,7 +78,12 @@ fn recorded(ladder: &str, generation: u32) -> (RecordedProgram, Program) {
 
 impl Line {
     pub fn new(ladder: &str) -> Line {
-        let (recorded, program) = recorded(ladder, 0);
+        Line::with_keys("", ladder)
+    }
+
+    /// A controller whose file has more keys.
+    pub fn with_keys(keys: &str, ladder: &str) -> Line {
+        let (recorded, program) = recorded_with(keys, ladder, 0);
         let (engine, symbols) = lower(&program);
         let (taped, reader) = tape(Engine::new(engine));
         let (recorder, blocks) = (Recorder::new(recorded), Vec::new());

@@ -159,7 +159,10 @@ fn a_reload_that_takes_the_right_of_its_user_away_ends_a_hold_at_its_next_renewa
         ("[\"jog\", \"other\"]", "[\"other\"]\nwrite-service = [\"jog\"]"),
     ] {
         let file = match without.contains("jog") {
-            true => file.replace("\"service\"", "\"operate\""),
+            true => {
+                let zoe = "[[user]]\nname = \"zoe\"\nrole = \"service\"\n";
+                file.replace("\"service\"", "\"operate\"") + zoe
+            }
             false => file.clone(),
         };
         let live = Live::start(LADDER, &file, &[]);

@@ -152,3 +152,38 @@ fn a_line_about_a_tag_that_a_reload_removes_refuses_the_reload() {
     let said = live.say("reload");
     assert!(said.code != 0 && said.err.contains("nothing is called `bottle`"), "{said:?}");
 }
+
+/// A line with a delay of half a second and an acknowledgement that the ladder sees.
+const DELAYED: &str = r#"
+[[watch]]
+name = "slow"
+always = "!jam"
+delay = "500ms"
+off-delay = "300ms"
+group = "Press"
+ack = "quit"
+"#;
+
+#[test]
+fn a_line_with_a_delay_is_an_alarm_once_it_has_not_held_for_this_time() {
+    let ladder = LADDER.replace("jam    = ", "quit   = { at = \"C1\" }\njam    = ");
+    let live = Live::start(&ladder, DELAYED, &[]);
+    live.await_values("C7", "ON");
+    live.ok("write jam ON");
+    let broken = |list: &[Value]| list.iter().find(|alarm| alarm["tag"] == "jam").cloned();
+    let jam = awaited(&live, broken);
+    let seen = alarm(&live, "slow", is("unacknowledged"));
+    assert_eq!(seen["group"], "Press");
+    let [began, rose] = [&jam, &seen].map(|alarm| alarm["since"]["unix_ns"].as_i64().unwrap());
+    assert_eq!(seen["since"]["scan"], jam["since"]["scan"], "the scan that broke it");
+    let waited_ms = (rose - began) / 1_000_000;
+    assert!((499..=501).contains(&waited_ms), "{waited_ms} ms: by the times of scans");
+    let why = texts(&alarm(&live, "slow", is_explained));
+    assert_eq!(why[0], "jam (C0) is ON");
+    live.ok("ack slow");
+    live.await_values("quit", "ON");
+    live.ok("write jam OFF");
+    await_end(&live, "slow");
+    let line = live.line("alarm OFF after ");
+    assert!(line["tag"] == "slow" || line["tag"] == "jam", "{line}");
+}

@@ -185,7 +185,8 @@ fn of_controller(object: &str, keys: &[&str]) -> Slot {
         ) => Slot::Point,
         ("", ["outputs" | "retain" | "modbus-server", _, ..])
         | ("simulated-device", ["input" | "follows" | "while" | "when"])
-        | ("", ["web", "write"])
+        | ("", ["web", "write" | "write-service"])
+        | ("watch", ["ack"])
         | ("panel.show", ["lamp" | "button" | "hold" | "value" | "bar" | "trend" | "recipe"])
         | ("modbus-server.map", _) => Slot::Operand,
         _ => Slot::Other,

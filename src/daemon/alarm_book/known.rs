@@ -44,9 +44,9 @@ impl KnownAlarm {
         let watches = watches.all.iter().map(|watch| KnownAlarm {
             tag: watch.name.clone(),
             text: watch.text.clone(),
-            terms: AlarmTerms { priority: watch.priority, ..AlarmTerms::default() },
+            terms: watch.terms.clone(),
             of: AlarmSource::Watch(watch.always.clone()),
-            may_be_shelved: may_be_shelved(watch.priority),
+            may_be_shelved: may_be_shelved(watch.terms.priority),
         });
         bits.chain(watches).collect()
     }

@@ -19,6 +19,8 @@ impl Controller {
         let moved = of_devices.map(|input| input.address);
         let moved = moved.chain(self.rules.iter().map(|rule| x(rule.input)));
         let moved = moved.chain(self.web.write.iter().map(|operand| operand.address));
+        let acks = self.watches.all.iter().filter_map(|watch| watch.terms.ack.as_ref());
+        let moved = moved.chain(acks.map(|ack| Address::Bit(ack.bit)));
         let is_row = |input: &DeviceInput| !input.is_of_part && is_x(input.address);
         let moves_x = |device: &&Device| device.inputs.iter().any(is_row);
         let (mut listed, mut image) = (NumberRanges::default(), Vec::new());

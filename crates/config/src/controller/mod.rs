@@ -40,6 +40,7 @@ use resolver::{AllowedSpaces, SettingsResolver};
 pub use settings::Controller;
 use side_ladder::SidePrograms;
 use simulated_side::WrittenSimulated;
+use watch::WrittenWatch;
 use written::WrittenController;
 pub use written::read;
 pub use written::{read_within, shape};
@@ -108,7 +109,8 @@ pub(crate) fn resolve_controller_within(
     for (at, range) in progress.during(&retain).enumerate() {
         retained.add(range.numbers(), at);
     }
-    let groups = program.tags.iter().filter_map(Tag::alarm_group).collect();
+    let groups = program.tags.iter().filter_map(Tag::alarm_group);
+    let groups = groups.chain(written.watches.iter().filter_map(WrittenWatch::group)).collect();
     let terms = web::PanelTerms { retained: &retained, period, groups };
     let web = web::resolve(&written.web, &terms, &mut resolver);
     let operator = written.operator.as_ref().map(|operator| operator.settings.clone());
@@ -132,7 +134,7 @@ pub(crate) fn resolve_controller_within(
         operator: operator.unwrap_or_default(),
         record: written.record.clone(),
         web,
-        watches: watch::resolve(&written.watches, program, progress, &mut resolver.findings),
+        watches: watch::resolve(&written.watches, program, &mut resolver),
         alarms: written.alarms.clone(),
         log: written.log.clone(),
         probation_ms: written.probation_ms,

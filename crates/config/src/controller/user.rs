@@ -49,6 +49,13 @@ pub(super) struct WrittenUser {
     role: Option<WebRole>,
 }
 
+impl WrittenUser {
+    /// Whether its role may be the highest one: a wrong role may be meant so.
+    pub(super) fn may_serve(&self) -> bool {
+        self.role.is_none_or(|role| role == WebRole::Service)
+    }
+}
+
 /// The roles of users.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct WebUsers(HashMap<String, WebRole>);

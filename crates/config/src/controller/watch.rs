@@ -4,9 +4,11 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use rungd_base::progress::Progress;
+use super::resolver::SettingsResolver;
 use rungd_engine::isa::Address;
 use rungd_language::resolve::LoadOptions;
+use rungd_language::resolve::alarm_keys::{ack_misfit, group_misfit};
+use rungd_language::resolve::alarm_terms::{AckBit, AlarmTerms};
 use rungd_language::resolve::condition::{ConditionNames, ResolvedCondition};
 use rungd_language::resolve::observed::ObservedProgram;
 use rungd_language::resolve::priority::Priority;
@@ -18,7 +20,7 @@ use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
 use rungd_language::source::span::Span;
-use rungd_language::source::value_kind::{KeyWords, WrongWord};
+use rungd_language::source::value_kind::{KeyWords, Millis, WrongWord};
 use rungd_language::source::was;
 
 /// `[[watch]]` as written.
@@ -28,6 +30,17 @@ pub(super) struct WrittenWatch {
     always: Option<Text>,
     text: Option<Text>,
     priority: Option<Priority>,
+    delay_ms: Option<u32>,
+    off_delay_ms: Option<u32>,
+    group: Option<Text>,
+    ack: Option<Text>,
+}
+
+impl WrittenWatch {
+    /// The part of the machine that its alarm is of.
+    pub(super) fn group(&self) -> Option<&str> {
+        self.group.as_ref().map(|group| group.text.as_str())
+    }
 }
 
 /// A line that must hold at the end of every scan.
@@ -39,8 +52,8 @@ pub struct WatchedCondition {
     pub always: String,
     /// The alarm's text.
     pub text: String,
-    /// How soon a person has to act.
-    pub priority: Priority,
+    /// The terms of the alarm; its bit is ON while the line does not hold.
+    pub terms: AlarmTerms,
     /// The line, over the names of [`WatchSettings::observed`] if there are some.
     pub condition: ResolvedCondition,
 }
@@ -58,8 +71,8 @@ impl WatchSettings {
     /// Whether both are written the same.
     pub fn is_like(&self, other: &WatchSettings) -> bool {
         let keys = |watch: &WatchedCondition| {
-            let WatchedCondition { name, always, text, priority, condition: _ } = watch;
-            (name.clone(), always.clone(), text.clone(), *priority)
+            let WatchedCondition { name, always, text, terms, condition: _ } = watch;
+            (name.clone(), always.clone(), text.clone(), terms.clone())
         };
         self.all.iter().map(keys).eq(other.all.iter().map(keys))
     }
@@ -94,11 +107,18 @@ fn read_watch(mut table: Table<'_>) -> WrittenWatch {
     let always = "The line, as in `always` of a test file: contacts, and `was(x)`.";
     let text = "The text of the alarm; if not given, that the line does not hold.";
     let priority = "How soon a person has to act on the alarm; `medium` if not given.";
+    let delay = "The alarm rises once the line has not held for this time; at once if not given.";
+    let off_delay = "The alarm goes away once the line has held again for this time.";
+    let ack = "The bit that an acknowledgement turns ON; the ladder turns it OFF.";
     let watch = WrittenWatch {
         name: table.required_string(key("name", "Its name: that of its alarm.")),
         always: table.required_string(key("always", always)),
         text: table.string(key("text", text)),
         priority: table.value_of(key("priority", priority), &PRIORITIES),
+        delay_ms: table.value_of(key("delay", delay), &Millis::ANY),
+        off_delay_ms: table.value_of(key("off-delay", off_delay), &Millis::ANY),
+        group: table.string(key("group", "The part of the machine that the alarm is of.")),
+        ack: table.string(key("ack", ack)),
     };
     table.finish();
     watch
@@ -108,18 +128,18 @@ fn read_watch(mut table: Table<'_>) -> WrittenWatch {
 pub(super) fn resolve(
     written: &[WrittenWatch],
     program: &Program,
-    progress: &Progress,
-    findings: &mut Vec<Finding>,
+    resolver: &mut SettingsResolver<'_>,
 ) -> WatchSettings {
+    let progress = resolver.progress;
     let mut lines: Vec<(&WrittenWatch, WrittenCondition)> = Vec::new();
     for watch in progress.during(written) {
         let Some(always) = &watch.always else { continue };
         match condition(&always.text, always.span) {
             Ok(line) => {
-                findings.extend(line.doubts());
+                resolver.findings.extend(line.doubts());
                 lines.push((watch, line));
             }
-            Err(finding) => findings.push(finding),
+            Err(finding) => resolver.findings.push(finding),
         }
     }
     if written.is_empty() || progress.is_over() {
@@ -134,10 +154,12 @@ pub(super) fn resolve(
     let mut taken: HashMap<&str, Span> = HashMap::new();
     let mut watches = WatchSettings::default();
     for (watch, line) in progress.during(lines) {
-        let resolved = names.resolve(&line).map_err(|mistakes| findings.extend(mistakes)).ok();
+        let resolved = names.resolve(&line);
+        let resolved = resolved.map_err(|mistakes| resolver.findings.extend(mistakes)).ok();
+        let terms = terms(watch, resolver);
         let Some(name) = &watch.name else { continue };
         if let Some(finding) = misnamed(name, &names, &taken) {
-            findings.push(finding);
+            resolver.findings.push(finding);
             continue;
         }
         taken.insert(&name.text, name.span);
@@ -148,12 +170,34 @@ pub(super) fn resolve(
             name: name.text.clone(),
             text: text.unwrap_or_else(|| format!("it does not hold: {always}")),
             always,
-            priority: watch.priority.unwrap_or_default(),
+            terms,
             condition,
         });
     }
     watches.observed = observed;
     watches
+}
+
+/// The terms of the alarm of a line, with a finding for each that does not fit.
+fn terms(watch: &WrittenWatch, resolver: &mut SettingsResolver<'_>) -> AlarmTerms {
+    let name = watch.name.as_ref().map_or("", |name| &name.text);
+    let group = watch.group.as_ref();
+    let misfit = group.and_then(|group| group_misfit(Code::Controller, name, group));
+    resolver.findings.extend(misfit);
+    let ack = watch.ack.as_ref().and_then(|ack| {
+        let bit = resolver.bit(Some(ack))?;
+        let misfit = ack_misfit(Code::Controller, ack, bit);
+        let is_fit = misfit.is_none();
+        resolver.findings.extend(misfit);
+        is_fit.then(|| AckBit { name: ack.text.trim().to_owned(), bit })
+    });
+    AlarmTerms {
+        priority: watch.priority.unwrap_or_default(),
+        delay_ms: watch.delay_ms.unwrap_or_default(),
+        off_delay_ms: watch.off_delay_ms.unwrap_or_default(),
+        group: group.map(|group| group.text.clone()),
+        ack,
+    }
 }
 
 /// The program with a place for each `was(x)` of these lines; `None`: they have none.

@@ -121,6 +121,7 @@ pub(super) fn resolve(
     resolver: &mut SettingsResolver<'_>,
 ) -> WebSettings {
     let (write, needs) = rights(written, resolver);
+    resolver.findings.extend(nobody_serves(written));
     let users = user::resolve(&written.users, &mut resolver.findings);
     let sign_out_ms = written.sign_out_ms;
     let mut web = WebSettings { write, users, sign_out_ms, ..WebSettings::default() };
@@ -144,6 +145,17 @@ pub(super) fn resolve(
     }
     (web.hold, web.reasons, web.needs) = (parts.hold, parts.reasons, parts.needs);
     web
+}
+
+/// The finding for a `write-service` if no user has the role for it.
+fn nobody_serves(written: &WrittenWeb) -> Option<Finding> {
+    let listed = written.write_service.first()?;
+    if written.users.iter().any(WrittenUser::may_serve) {
+        return None;
+    }
+    let message = "nobody may write this: no user has the role `service`";
+    let finding = Finding::new(Code::Controller, listed.span, message.to_owned());
+    Some(finding.help("give a user this role in a `[[user]]`, or list the operand in `write`"))
 }
 
 /// The operands of `[web] write` and `write-service`, and the role that each needs.

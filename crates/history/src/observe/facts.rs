@@ -24,7 +24,7 @@ impl Subject {
     }
 
     /// The part of the program that can affect any of some cells.
-    pub(crate) fn code_for_all(&self, cells: &[Cell]) -> engine::EngineProgram {
+    pub fn code_for_all(&self, cells: &[Cell]) -> engine::EngineProgram {
         self.seen.slice(cells).program
     }
 

@@ -2,14 +2,12 @@
 //! of the alarms.
 //!
 //! Used by `alarm_log` and `alarm_history`. A recording may contain several programs; an alarm is
-//! the same if its tag is.
+//! the same if its name is.
 
 use std::collections::HashMap;
 
-use super::programs::PlacedProgram;
+use super::followed_alarm::FollowedAlarm;
 use super::replay::PlayedScan;
-use rungd_engine::Image;
-use rungd_language::lower::Alarm;
 use rungd_language::resolve::alarm_terms::AlarmTerms;
 use rungd_runtime::{AlarmChange, AlarmDelay, AlarmDelays, ScanTime};
 
@@ -17,10 +15,18 @@ use rungd_runtime::{AlarmChange, AlarmDelay, AlarmDelays, ScanTime};
 #[derive(Debug, Default)]
 pub(super) struct AlarmFollower {
     place: Option<usize>,
-    /// The tags of the present program's alarms, in its order, and the states of their bits.
+    /// The names of the present program's alarms, in its order, and the states of their bits.
     bits: Vec<(String, bool)>,
     /// The alarms, which follow their bits after their delays.
     delays: AlarmDelays,
+}
+
+/// The alarms of a program of the recording.
+#[derive(Clone, Copy)]
+pub(super) struct PlacedAlarms<'a> {
+    /// The index of the program among all.
+    pub place: usize,
+    pub alarms: &'a [FollowedAlarm],
 }
 
 impl AlarmFollower {
@@ -28,12 +34,11 @@ impl AlarmFollower {
     /// an alarm of the program.
     pub fn look(
         &mut self,
-        program: PlacedProgram<'_>,
+        program: PlacedAlarms<'_>,
         scan: &PlayedScan,
-        image: &Image,
+        is_on: impl Fn(&FollowedAlarm) -> bool,
     ) -> Vec<AlarmChange> {
-        let PlacedProgram { place, program } = program;
-        let alarms = &program.symbols.alarms;
+        let PlacedAlarms { place, alarms } = program;
         if self.place != Some(place) {
             self.place = Some(place);
             self.begin(alarms);
@@ -41,7 +46,7 @@ impl AlarmFollower {
         let at_ns = scan.unix_ns.max(0).unsigned_abs();
         let mut changes = self.delays.due(at_ns);
         for (number, alarm) in alarms.iter().enumerate() {
-            let on = image.value(alarm.bit) != 0;
+            let on = is_on(alarm);
             if on != self.bits[number].1 {
                 self.bits[number].1 = on;
                 let time = ScanTime { scan: scan.number, at_ns };
@@ -52,12 +57,12 @@ impl AlarmFollower {
     }
 
     /// Goes on with the alarms of a program.
-    fn begin(&mut self, alarms: &[Alarm]) {
+    fn begin(&mut self, alarms: &[FollowedAlarm]) {
         let before: HashMap<&str, (usize, bool)> = (0..)
             .zip(&self.bits)
             .map(|(number, (tag, on))| (tag.as_str(), (number, *on)))
             .collect();
-        let known = |alarm: &Alarm| before.get(alarm.tag.as_str()).copied();
+        let known = |alarm: &FollowedAlarm| before.get(alarm.tag.as_str()).copied();
         let next = alarms.iter().map(|alarm| {
             let AlarmTerms { delay_ms, off_delay_ms, .. } = alarm.terms;
             let number = known(alarm).map(|(number, _)| number);

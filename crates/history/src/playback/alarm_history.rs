@@ -1,20 +1,16 @@
 //! The history of alarms in a recording: how often each rose, how long it stood, whether it
 //! chattered, and when.
 //!
-//! `rungd alarms --since` prints it. The recorded calls are executed again, with only the
-//! operations on which the bits of alarms depend. What is not recorded is a gap: an alarm that
-//! stands before it ends with the last scan before it.
+//! `rungd alarms --since` prints it, and `alarm_playback` fills it, scan by scan, from before the
+//! window. What is not recorded is a gap: an alarm that stands before it ends with the last scan
+//! before it.
 
-use std::collections::{BTreeMap, HashMap, VecDeque};
-use std::ops::{ControlFlow, Range, RangeInclusive};
-use std::sync::Arc;
+use std::collections::{BTreeMap, HashMap, HashSet, VecDeque};
+use std::ops::RangeInclusive;
 
-use super::alarm_follower::AlarmFollower;
-use super::programs::{PlacedProgram, RecordedPrograms};
-use super::replay::{MakeEngine, Playback, PlayedScan};
-use crate::record::{RecordedProgram, Recording};
-use rungd_engine::{Cell, Engine};
-use rungd_language::lower::Alarm;
+use super::alarm_follower::{AlarmFollower, PlacedAlarms};
+use super::followed_alarm::FollowedAlarm;
+use super::replay::PlayedScan;
 use rungd_language::resolve::priority::Priority;
 use rungd_runtime::AlarmChange;
 
@@ -27,7 +23,7 @@ const CHATTER_NS: i64 = 60 * 1_000_000_000;
 /// An alarm of the recorded programs, and what became of it.
 #[derive(Clone, Debug)]
 pub struct AlarmFigures {
-    /// Its tag.
+    /// Its tag, or the name of its line.
     pub tag: String,
     /// Its text, in the first program that has it, as its priority and its group are.
     pub text: String,
@@ -59,7 +55,7 @@ pub struct AlarmSpan {
     /// Its place among all such times, in the order in which they began: those of one scan in the
     /// order of execution.
     pub order: u64,
-    /// The scan that turned its bit ON.
+    /// The scan that turned its bit ON; the first one that is known, if it stood before.
     pub scan: u64,
     /// From when, ns since 1970 (UTC).
     pub from_ns: i64,
@@ -76,7 +72,7 @@ pub struct AlarmSpan {
 pub enum SpanBegin {
     /// The alarm rose.
     Rose,
-    /// It stood already in the first scan, or in the first scan after a gap.
+    /// It stood already when the window begins, or in the first scan after a gap.
     Before,
 }
 
@@ -85,6 +81,8 @@ pub enum SpanBegin {
 pub enum SpanEnd {
     /// The alarm went away.
     Gone,
+    /// A reload brought a program without it.
+    Removed,
     /// The recording has a gap: what followed is not known.
     Gap,
     /// The alarm stands at the end.
@@ -96,6 +94,16 @@ impl AlarmSpan {
     pub fn lasted_ns(&self) -> u64 {
         self.to_ns.saturating_sub(self.from_ns).max(0).unsigned_abs()
     }
+}
+
+/// A scan that was executed again.
+#[derive(Clone, Copy)]
+pub(super) struct SeenScan<'a> {
+    pub scan: PlayedScan,
+    /// Whether the window has it.
+    pub is_shown: bool,
+    /// The state of the bit of an alarm, or that a line does not hold.
+    pub is_on: &'a dyn Fn(&FollowedAlarm) -> bool,
 }
 
 /// The history.
@@ -119,49 +127,15 @@ pub struct AlarmHistory {
     begun: u64,
     /// The alarms that stand.
     open: BTreeMap<usize, AlarmSpan>,
-    /// The first scan since a gap.
+    /// The first scan since a gap, and the place of the last one's program.
     first: Option<u64>,
+    place: Option<usize>,
     /// The times of the first and of the last scan, ns since 1970 (UTC).
     begin_ns: Option<i64>,
     last_ns: i64,
 }
 
 impl AlarmHistory {
-    /// The history of some sections. `is_shown`: whether a scan of them counts.
-    pub fn of(
-        recording: &Arc<Recording>,
-        sections: Range<usize>,
-        is_shown: impl Fn(&PlayedScan) -> bool,
-    ) -> AlarmHistory {
-        let programs = RecordedPrograms::of(recording, sections.clone());
-        let mut history = AlarmHistory::default();
-        let mut playback = Playback::new(Arc::clone(recording), AlarmEngines(&programs));
-        let first = sections.start;
-        for at in sections {
-            let Ok(program) = programs.program(at) else {
-                history.unplayable += 1;
-                history.gap();
-                continue;
-            };
-            let placed = PlacedProgram { place: programs.place(at), program };
-            if at > first && !recording.follows(at) {
-                history.gap();
-            }
-            let played = playback.scans(at..at + 1, |scan, engine| {
-                if is_shown(&scan) {
-                    history.look(placed, &scan, engine);
-                }
-                ControlFlow::Continue(())
-            });
-            if played.is_err() {
-                history.unplayable += 1;
-                history.gap();
-            }
-        }
-        history.end(SpanEnd::Stands);
-        history
-    }
-
     /// The times of the first and of the last scan, ns since 1970 (UTC).
     pub fn span(&self) -> Option<RangeInclusive<i64>> {
         Some(self.begin_ns?..=self.last_ns)
@@ -180,27 +154,53 @@ impl AlarmHistory {
         others.for_each(|alarm| (alarm.rises, alarm.stood_ns, alarm.chatters) = (0, 0, 0));
     }
 
-    /// Adds the changes of alarms at the end of a scan.
-    fn look(&mut self, program: PlacedProgram<'_>, scan: &PlayedScan, engine: &Engine) {
-        self.begin_ns.get_or_insert(scan.unix_ns);
+    /// Adds the changes of alarms at the end of a scan. Scans before the window are followed, and
+    /// not counted.
+    pub(super) fn look(&mut self, program: PlacedAlarms<'_>, seen: SeenScan<'_>) {
+        let SeenScan { scan, is_shown, is_on } = seen;
         let first = *self.first.get_or_insert(scan.number);
-        (self.scans, self.last_ns) = (self.scans + 1, scan.unix_ns);
-        let changes = self.follower.look(program, scan, engine.image());
+        let changes = self.follower.look(program, &scan, is_on);
+        if self.place.replace(program.place).is_some_and(|before| before != program.place) {
+            self.remove_others(program.alarms, scan.unix_ns);
+        }
+        if is_shown {
+            if self.begin_ns.is_none() {
+                for span in self.open.values_mut() {
+                    (span.scan, span.from_ns) = (scan.number, scan.unix_ns);
+                }
+                self.begin_ns = Some(scan.unix_ns);
+            }
+            (self.scans, self.last_ns) = (self.scans + 1, scan.unix_ns);
+        } else if self.begin_ns.is_some() {
+            return;
+        }
         for change in changes {
-            let alarm = self.number(&program.program.symbols.alarms[change.number]);
+            let alarm = self.number(&program.alarms[change.number]);
             self.changed(alarm, &change, change.scan == first);
         }
     }
 
+    /// Ends the alarms that a new program does not have.
+    fn remove_others(&mut self, alarms: &[FollowedAlarm], at_ns: i64) {
+        let kept: HashSet<&str> = alarms.iter().map(|alarm| alarm.tag.as_str()).collect();
+        let gone = self.open.keys().copied();
+        let gone = gone.filter(|alarm| !kept.contains(self.alarms[*alarm].tag.as_str()));
+        for alarm in gone.collect::<Vec<_>>() {
+            if let Some(span) = self.open.remove(&alarm) {
+                self.add(AlarmSpan { to_ns: at_ns, end: SpanEnd::Removed, ..span });
+            }
+        }
+    }
+
     /// What follows is not known to follow.
-    fn gap(&mut self) {
+    pub(super) fn gap(&mut self) {
         self.gaps += u64::from(self.first.is_some());
         self.end(SpanEnd::Gap);
         (self.follower, self.first) = (AlarmFollower::default(), None);
     }
 
     /// Ends what stands at the last scan.
-    fn end(&mut self, end: SpanEnd) {
+    pub(super) fn end(&mut self, end: SpanEnd) {
         for (alarm, span) in std::mem::take(&mut self.open) {
             self.alarms[alarm].stands = end == SpanEnd::Stands;
             let to_ns = self.last_ns.max(span.from_ns);
@@ -216,7 +216,8 @@ impl AlarmHistory {
             }
             return;
         }
-        let begin = if is_first { SpanBegin::Before } else { SpanBegin::Rose };
+        let is_before = is_first || self.begin_ns.is_none();
+        let begin = if is_before { SpanBegin::Before } else { SpanBegin::Rose };
         if begin == SpanBegin::Rose {
             self.alarms[alarm].count_rise(at_ns);
         }
@@ -227,7 +228,12 @@ impl AlarmHistory {
         self.open.insert(alarm, span);
     }
 
+    /// Adds a time that is over, unless it was over before the window.
     fn add(&mut self, span: AlarmSpan) {
+        let is_earlier = span.begin == SpanBegin::Before && span.to_ns <= span.from_ns;
+        if self.begin_ns.is_none() || is_earlier && span.end != SpanEnd::Stands {
+            return;
+        }
         let figures = &mut self.alarms[span.alarm];
         figures.stood_ns = figures.stood_ns.saturating_add(span.lasted_ns());
         figures.longest_ns = figures.longest_ns.max(span.lasted_ns());
@@ -238,8 +244,8 @@ impl AlarmHistory {
         }
     }
 
-    /// The index of an alarm: the same if its tag is, whatever the program.
-    fn number(&mut self, alarm: &Alarm) -> usize {
+    /// The index of an alarm: the same if its name is, whatever the program.
+    fn number(&mut self, alarm: &FollowedAlarm) -> usize {
         if let Some(number) = self.numbers.get(&alarm.tag) {
             return *number;
         }
@@ -274,16 +280,5 @@ impl AlarmFigures {
         let chatters = is_full && at_ns.saturating_sub(since_ns) <= CHATTER_NS;
         self.chatters += u64::from(chatters && !self.is_chattering);
         self.is_chattering = chatters;
-    }
-}
-
-/// Makes engines with only the operations on which the bits of alarms depend.
-struct AlarmEngines<'a>(&'a RecordedPrograms);
-
-impl MakeEngine for AlarmEngines<'_> {
-    fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
-        let program = self.0.playable(program)?;
-        let cells: Vec<Cell> = program.symbols.alarms.iter().map(|alarm| alarm.bit).collect();
-        Ok(Engine::new(program.code.slice(&cells).program))
     }
 }

@@ -4,11 +4,11 @@
 
 use std::collections::HashMap;
 
-use super::alarm_follower::AlarmFollower;
+use super::alarm_follower::{AlarmFollower, PlacedAlarms};
+use super::followed_alarm::{FollowedAlarm, FollowedSource};
 use super::programs::PlacedProgram;
 use super::replay::PlayedScan;
 use rungd_engine::Image;
-use rungd_language::lower::Alarm;
 use rungd_runtime::AlarmChange;
 
 /// The maximum number of alarm stretches that are listed.
@@ -35,6 +35,8 @@ pub struct AlarmStretch {
 #[derive(Debug, Default)]
 pub struct AlarmLog {
     follower: AlarmFollower,
+    /// The alarms of the present program, and its place.
+    known: Option<(usize, Vec<FollowedAlarm>)>,
     /// The first scan of the replay.
     first: Option<u64>,
     /// The stretches of the alarms that are ON, by tag.
@@ -49,12 +51,20 @@ impl AlarmLog {
     /// Adds the changes of alarms at the end of a scan.
     pub fn look(&mut self, program: PlacedProgram<'_>, scan: &PlayedScan, image: &Image) {
         self.first.get_or_insert(scan.number);
-        let changes = self.follower.look(program, scan, image);
-        let alarms = &program.program.symbols.alarms;
+        let PlacedProgram { place, program } = program;
+        let known = self.known.take().filter(|(known, _)| *known == place);
+        let (_, alarms) =
+            known.unwrap_or_else(|| (place, FollowedAlarm::of_bits(&program.symbols)));
+        let is_on = |alarm: &FollowedAlarm| match alarm.source {
+            FollowedSource::Bit(bit) => image.value(bit) != 0,
+            FollowedSource::Line(_) => false,
+        };
+        let changes = self.follower.look(PlacedAlarms { place, alarms: &alarms }, scan, is_on);
         changes.iter().for_each(|change| self.changed(&alarms[change.number], change));
+        self.known = Some((place, alarms));
     }
 
-    fn changed(&mut self, alarm: &Alarm, change: &AlarmChange) {
+    fn changed(&mut self, alarm: &FollowedAlarm, change: &AlarmChange) {
         let unix_ns = i64::try_from(change.at_ns).unwrap_or(i64::MAX);
         if !change.on {
             if let Some(stretch) = self.open.remove(&alarm.tag)

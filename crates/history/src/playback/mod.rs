@@ -7,7 +7,9 @@
 mod alarm_follower;
 mod alarm_history;
 mod alarm_log;
+mod alarm_playback;
 mod compared;
+mod followed_alarm;
 mod moment;
 mod programs;
 mod recorded;
@@ -17,6 +19,7 @@ mod twin_run;
 pub use alarm_history::{AlarmFigures, AlarmHistory, AlarmSpan, SpanBegin, SpanEnd};
 pub use alarm_log::{AlarmLog, AlarmStretch};
 pub use compared::{ComparedAs, ComparedOperand, FirstDifference, ProgramComparison};
+pub use followed_alarm::{LineJudge, MakeJudge};
 pub use moment::{MomentScan, RecordedMoment, moment};
 pub use programs::{PlacedProgram, PlayableProgram, RecordedPrograms};
 pub use recorded::{RecordedQuestion, loaded, subject, subject_and_settings, whole_program, why};

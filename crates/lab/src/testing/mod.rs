@@ -89,6 +89,6 @@ pub use touches::{TestTouch, touches};
 pub use traced::{TracedScan, trace};
 pub use unmoved::UnmovedNames;
 pub use view::View;
-pub use watched::{DecidingOperand, WatchedLines};
+pub use watched::{DecidingOperand, WatchedLines, line_judge};
 pub use written::shape;
 pub use written_prove::ProofEvent;

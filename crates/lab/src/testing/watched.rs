@@ -1,8 +1,8 @@
 //! The lines of `[[watch]]`, judged as those of `always` in a test: on memory at the end of each
 //! scan, before the passes.
 //!
-//! The daemon's recording calls it with the images of an engine that executes the recorded calls
-//! again. What judges a condition of a test judges these lines, `was(x)` included. An observer's
+//! The daemon's recording, and the history of alarms, call it with the images of an engine that
+//! executes the recorded calls again. What judges a condition of a test judges these lines, `was(x)` included. An observer's
 //! rungs are absent: a watch sees the ladder's memory.
 
 use std::sync::Arc;
@@ -10,7 +10,8 @@ use std::sync::Arc;
 use super::condition::Condition;
 use super::view::{View, ViewDraft};
 use rungd_config::controller::watch::WatchSettings;
-use rungd_engine::{Cell, Image, Layout};
+use rungd_engine::{Cell, EngineCall, Image, Layout};
+use rungd_history::playback::LineJudge;
 use rungd_language::lower::Symbols;
 use rungd_language::resolve::observed::ObservedProgram;
 use rungd_language::resolve::program::Contact;
@@ -161,6 +162,38 @@ impl WatchedLines {
     pub fn continues(&mut self, held: impl Iterator<Item = bool>) {
         self.lines.iter_mut().zip(held).for_each(|(line, held)| line.holds = held);
     }
+}
+
+impl LineJudge for WatchedLines {
+    fn cells(&self) -> &[Cell] {
+        &self.cells
+    }
+
+    fn called(&mut self, call: EngineCall, image: &Image) {
+        match call {
+            EngineCall::Start { .. } => self.begins_run(image),
+            EngineCall::Execute => self.scanned(image),
+            EngineCall::Begin { .. }
+            | EngineCall::RequestStop
+            | EngineCall::Write(..)
+            | EngineCall::Terminate
+            | EngineCall::Force(..)
+            | EngineCall::Release(_) => {}
+        }
+    }
+
+    fn joins(&mut self, image: &Image) {
+        WatchedLines::joins(self, image);
+    }
+
+    fn holds(&self, line: usize) -> bool {
+        self.lines.get(line).is_none_or(|line| line.holds)
+    }
+}
+
+/// Makes the judge of a program's lines, for the history of alarms.
+pub fn line_judge(watches: &WatchSettings, symbols: &Symbols) -> Box<dyn LineJudge> {
+    Box::new(WatchedLines::new(watches, symbols))
 }
 
 impl WatchedMemory {

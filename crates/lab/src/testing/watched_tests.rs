@@ -124,6 +124,10 @@ fn a_mistake_in_a_line_is_found_where_it_is() {
         (watch("line", "!b") + &watch("line", "!a"), "a second watch `line`"),
         (watch(" ", "!b"), "a watch has a name, which its alarm shows"),
         (watch("line", "!b") + "priority = \"urgent\"", "`urgent` is no value of `priority`"),
+        (watch("line", "!b") + "group = \" \"", "the `group` of `line` is no name"),
+        (watch("line", "!b") + "ack = \"$On\"", "no acknowledgement can turn `$On` ON"),
+        (watch("line", "!b") + "ack = \"quit\"", "nothing is called `quit`"),
+        (watch("line", "!b") + "delay = \"soon\"", "duration"),
         ("[[watch]]\nalways = \"!b\"\n".to_owned(), "a line that is watched has no `name`"),
     ] {
         let found = messages(&watches);

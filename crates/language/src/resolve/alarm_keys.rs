@@ -1,5 +1,6 @@
 //! Whether the keys of an alarm fit their tag. Called by `tags`; and by `plain` for the bits of
-//! `ack`, which are looked up once all names are declared.
+//! `ack`, which are looked up once all names are declared. A controller file judges the keys of
+//! `[[watch]]` with the same rules.
 
 use super::Resolver;
 use super::alarm_terms::{AckBit, WrittenAck};
@@ -17,6 +18,40 @@ use rungd_engine::isa::{Address, Bit, BitSpace};
 
 /// The most characters of a group's name.
 const GROUP_CHARS_MAX: usize = 40;
+
+/// The finding for a bit that no acknowledgement can turn ON.
+pub fn ack_misfit(code: Code, ack: &Text, bit: Bit) -> Option<Finding> {
+    if bit.writable_by_ladder() {
+        return None;
+    }
+    let why = match bit {
+        Bit::Space(BitSpace::X, _) => "is an input: its device would write over it",
+        Bit::Space(..)
+        | Bit::InWord(_)
+        | Bit::Flag(..)
+        | Bit::Stage(_)
+        | Bit::Running(_)
+        | Bit::Done(_)
+        | Bit::Device(..) => "is read-only",
+    };
+    let name = kept(ack.text.trim());
+    let message = format!("no acknowledgement can turn `{name}` ON: it {why}");
+    let help = "name a bit of its own, which the ladder turns OFF";
+    Some(Finding::new(code, ack.span, message).help(help).or_omit())
+}
+
+/// The finding for a group that lists of alarms cannot show in a line. `alarm`: the name of its
+/// alarm.
+pub fn group_misfit(code: Code, alarm: &str, group: &Text) -> Option<Finding> {
+    let count = group.text.chars().count();
+    let is_blank = group.text.trim().is_empty();
+    if !is_blank && count <= GROUP_CHARS_MAX && !group.text.contains(is_obeyed) {
+        return None;
+    }
+    let message = format!("the `group` of `{}` is no name that a list can show", kept(alarm));
+    let help = format!("a group has 1 to {GROUP_CHARS_MAX} characters, as `Pumps`");
+    Some(Finding::new(code, group.span, message).help(help).or_omit())
+}
 
 impl Resolver<'_> {
     /// Looks up the bits of `ack`.
@@ -44,24 +79,12 @@ impl Resolver<'_> {
             self.wrong_kind(MisplacedName { name, span: ack.span, thing }, "a bit", help.into());
             return None;
         };
-        if bit.writable_by_ladder() {
-            self.note(name, ack.span, address);
-            return Some(bit);
+        if let Some(finding) = ack_misfit(Code::TagKey, ack, bit) {
+            self.find(finding);
+            return None;
         }
-        let why = match bit {
-            Bit::Space(BitSpace::X, _) => "is an input: its device would write over it",
-            Bit::Space(..)
-            | Bit::InWord(_)
-            | Bit::Flag(..)
-            | Bit::Stage(_)
-            | Bit::Running(_)
-            | Bit::Done(_)
-            | Bit::Device(..) => "is read-only",
-        };
-        let message = format!("no acknowledgement can turn `{}` ON: it {why}", kept(name));
-        let help = "name a bit of its own, which the ladder turns OFF";
-        self.find(Finding::new(Code::TagKey, ack.span, message).help(help).or_omit());
-        None
+        self.note(name, ack.span, address);
+        Some(bit)
     }
 
     /// Reports terms with a wrong value, and terms without an alarm.
@@ -91,15 +114,9 @@ impl Resolver<'_> {
 
     /// Reports a group's name that lists of alarms cannot show in a line.
     fn group_misfit(&mut self, tag: &WrittenTag) {
-        let Some(group) = &tag.group else { return };
-        let count = group.text.chars().count();
-        let is_blank = group.text.trim().is_empty();
-        if is_blank || count > GROUP_CHARS_MAX || group.text.contains(is_obeyed) {
-            let name = kept(&tag.name.text);
-            let message = format!("the `group` of `{name}` is no name that a list can show");
-            let help = format!("a group has 1 to {GROUP_CHARS_MAX} characters, as `Pumps`");
-            self.find(Finding::new(Code::TagKey, group.span, message).help(help).or_omit());
-        }
+        let group = tag.group.as_ref();
+        let finding = group.and_then(|group| group_misfit(Code::TagKey, &tag.name.text, group));
+        finding.into_iter().for_each(|finding| self.find(finding));
     }
 
     /// Reports a priority with an unknown word.

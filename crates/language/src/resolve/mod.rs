@@ -5,7 +5,7 @@
 //! [`Program`]. `check` applies the rules to it, and `lower` turns it into an engine program. No
 //! I/O.
 
-mod alarm_keys;
+pub mod alarm_keys;
 pub mod alarm_terms;
 pub mod array;
 mod array_tags;
