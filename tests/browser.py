@@ -21,10 +21,11 @@ import threading
 import time
 
 import browser_rig as rig
+from browser_axe import axe_core_finds_nothing_serious_on_any_page
 from browser_outputs import what_is_shown_of_an_output_is_what_the_device_got
 from browser_panels import PANEL_CHECKS
 from browser_rights import RIGHTS_CHECKS
-from browser_rig import LADDER, MORE, PAGES, PICTURES, Foreign, Look, Pages, Plant, wait_for
+from browser_rig import CONTROLLER, LADDER, MORE, PAGES, PICTURES, Foreign, Look, Pages, Plant, wait_for
 
 USER, PASSWORD = "anna", "correct horse"
 
@@ -209,6 +210,44 @@ def a_trend_is_zoomed(test):
     changes(lambda: look.page.mouse.wheel(0, 300))
     changes(lambda: look.page.click("[aria-label='zoom in']"))
     look.fine()
+
+
+def a_trend_over_hours_comes_from_the_scan_log(test):
+    plant = Plant(controller=CONTROLLER + '[record]\ndir = "history"\n')
+    pages = None
+    try:
+        plant.say("write", "level", "77")
+        plant.say("write", "level", "5")
+        # A power cut, and another process: the memory of the first one is gone, its files are there.
+        wait_for("the values on the disk", lambda: any(
+            plant.say("write", "level", str(n)) and os.listdir(os.path.join(plant.folder, "history")) for n in [5]))
+        plant.process.terminate()
+        plant.process.wait()
+        plant.start()
+        plant.say("write", "level", "30")
+        pages = Pages(plant)
+        look = test.look(pages)
+        look.open("trend/level")
+        look.page.get_by_role("button", name="10 min").click()
+        answer = "(async () => await (await fetch('/api/trend?operand=level&minutes=10')).json())()"
+
+        def is_read():
+            got = look.says(answer)
+            gaps = {gap[2] for gap in got["gaps"]}
+            return got if "is being read" not in gaps else None
+
+        got = wait_for("the scan log of ten minutes", is_read)
+        values = [point[2] for point in got["points"]]
+        assert 77 in values and values[-1] == 30, values
+        assert "not recorded" in {gap[2] for gap in got["gaps"]}, got["gaps"]
+        look.until("/not recorded/.test(document.querySelector('main p[role=status]').textContent)")
+        look.picture("trend-10-minutes")
+        look.fine()
+    finally:
+        plant.end()
+        if pages:
+            pages.end()
+        shutil.rmtree(plant.folder, ignore_errors=True)
 
 
 def a_panel_shows_what_it_should(test):
@@ -597,6 +636,7 @@ CHECKS = [
     why_leads_to_how_it_could_change,
     search_finds_a_tag,
     a_trend_is_zoomed,
+    a_trend_over_hours_comes_from_the_scan_log,
     a_panel_shows_what_it_should,
     what_is_shown_of_an_output_is_what_the_device_got,
     a_user_signs_in_and_writes,
@@ -606,6 +646,7 @@ CHECKS = [
     the_keyboard_alone_reaches_everything,
     what_has_the_focus_keeps_it,
     text_and_wires_have_contrast,
+    axe_core_finds_nothing_serious_on_any_page,
     another_site_neither_reads_nor_writes,
     a_late_answer_does_not_bring_an_earlier_page_back,
     a_refused_request_is_sent_again,

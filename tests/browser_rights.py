@@ -4,7 +4,7 @@ A user is asked for a reason, is signed out after a while without a touch, sees 
 who may only look has no buttons that work.
 """
 
-from browser_panels import CONTROLLER, PASSWORD, USER, Panel
+from browser_panels import BAKERY, BAKERY_CONTROLLER, CONTROLLER, CRANE, CRANE_CONTROLLER, PASSWORD, SAID, USER, Panel
 from browser_rig import wait_for
 
 ROLES = """
@@ -36,6 +36,50 @@ def a_reason_is_asked_for_and_logged(test):
         look.fine()
 
 
+def a_button_that_is_held_asks_for_its_reason_once(test):
+    controller = CRANE_CONTROLLER.replace('text = "Jog" }', 'text = "Jog", reason = true }')
+    with Panel(test, CRANE, controller) as panel:
+        look, page = panel.look, panel.look.page
+        box = page.locator("button.hold").bounding_box()
+        page.mouse.move(box["x"] + 20, box["y"] + 20)
+        page.mouse.down()
+        page.get_by_text("Jog: why?").wait_for()
+        page.mouse.up()
+        page.keyboard.type("Align the hook")
+        page.keyboard.press("Enter")
+        panel.said("Jog", "now hold it pressed: Align the hook")
+        assert panel.plant.value("jog") is False, "it was pressed before its reason was given"
+        page.mouse.down()
+        look.until(f"!{SAID}.startsWith('…')")
+        page.mouse.up()
+        wait_for("its reason in the log", lambda: "wrote ON to jog" in panel.log() and "reason: Align the hook" in panel.log())
+        look.fine()
+
+
+def alarms_are_shelved_and_brought_back_by_buttons(test):
+    with Panel(test, BAKERY, BAKERY_CONTROLLER + ROLES % "operate") as panel:
+        look, page, plant = panel.look, panel.look.page, panel.plant
+        plant.say("write", "hot", "ON")
+        panel.said("Alarms of the oven", "The oven is too hot")
+        page.get_by_role("button", name="Shelve…").click()
+        dialog = page.get_by_role("dialog")
+        look.picture("panel-shelve")
+        assert "out of service" not in dialog.text_content(), "only maintenance takes an alarm out of service"
+        dialog.get_by_label("For how long").select_option("1 hour")
+        page.get_by_label("Why").fill("The sensor is exchanged")
+        dialog.get_by_role("button", name="Shelve").click()
+        panel.said("Alarms of the oven", "The sensor is exchanged")
+        wait_for("who and why in the log", lambda: f"{USER} by " in panel.log() and "shelved alarm hot for 1h" in panel.log())
+        look.picture("panel-shelved")
+        page.get_by_role("button", name="Unshelve").click()
+        panel.said("Alarms of the oven", "not acknowledged")
+        # Out of service from elsewhere: this user does not return it.
+        plant.say("shelve", "hot", "--out-of-service", "--why", "No oven")
+        panel.said("Alarms of the oven", "out of service")
+        look.until("![...document.querySelectorAll('.panel button')].some(of => /service/.test(of.textContent))")
+        look.fine()
+
+
 def a_user_without_a_touch_is_signed_out_and_sees_on(test):
     with Panel(test, controller=CONTROLLER.replace("[web]\n", '[web]\nsign-out = "3s"\n', 1)) as panel:
         look, page = panel.look, panel.look.page
@@ -60,6 +104,8 @@ def a_user_who_may_only_look_has_no_button_that_works(test):
 
 
 RIGHTS_CHECKS = [
+    a_button_that_is_held_asks_for_its_reason_once,
+    alarms_are_shelved_and_brought_back_by_buttons,
     a_reason_is_asked_for_and_logged,
     a_user_without_a_touch_is_signed_out_and_sees_on,
     a_user_who_may_only_look_has_no_button_that_works,

@@ -178,6 +178,12 @@ fn a_page_follows_a_reload_and_a_restart() {
     assert!(rungs["rungs"][0]["svg"].as_str().unwrap().contains("level &gt; 20"));
     let why = web.get("/api/why?operand=level", &visitor).json()["text"].to_string();
     assert!(why.contains("before the program was reloaded") && why.contains("wrote 7"), "{why}");
+    let changes = web.get("/api/deploys", &visitor).json()["deploys"].clone();
+    let change = &changes[0];
+    assert_eq!((changes.as_array().map(Vec::len), &change["rollback"]), (Some(1), &false.into()));
+    assert!(change["who"].as_str().is_some_and(|who| who.contains("uid")), "{change}");
+    let report = change["report"].to_string();
+    assert!(report.contains("level > 10") && report.contains("level > 20"), "{report}");
     web.live.child.kill().unwrap();
     web.live.child.wait().unwrap();
     let gone = web.until(WINDOW, &visitor, |event| event["error"].is_string());

@@ -118,7 +118,8 @@ fn a_wrong_recipe_or_file_is_refused_with_its_place() {
 fn a_recipe_of_the_service_is_refused_to_who_operates_before_the_controller_is_asked() {
     let controller = CONTROLLER.replace("write =", "write-service =");
     let user = "[[user]]\nname = \"anna\"\nrole = \"operate\"\n";
-    let (web, anna) = signed_in(LADDER, &format!("{controller}{user}"));
+    let zoe = "[[user]]\nname = \"zoe\"\nrole = \"service\"\n";
+    let (web, anna) = signed_in(LADDER, &format!("{controller}{user}{zoe}"));
     let writes = json!([{ "operand": "recipes[0].sugar", "value": 1 }]);
     let said = json!({ "operand": "recipes", "writes": writes });
     let refused = web.post("/api/recipe", &anna, &said);

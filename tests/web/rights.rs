@@ -76,7 +76,8 @@ fn status(web: &Web, question: PageQuestion, visitor: &Visitor) -> u16 {
         | PageQuestion::Scan
         | PageQuestion::Why
         | PageQuestion::How
-        | PageQuestion::Trend => web.get(question.path(), visitor).status,
+        | PageQuestion::Trend
+        | PageQuestion::Deploys => web.get(question.path(), visitor).status,
     }
 }
 

@@ -18,7 +18,10 @@ use super::power_of::PowerOf;
 use rungd_client::live::{ControllerFollower, LiveProgram, LiveView};
 use rungd_client::operator::client::CallFailure;
 use rungd_client::operator::poller::{PollPace, PolledController, PolledValues};
-use rungd_client::operator::protocol::{AckList, ChangedOperand, NameList, OperandValues, Request};
+use rungd_client::operator::protocol::{
+    AckList, AlarmList, AlarmShelf, ChangedOperand, NameList, OperandValues, Request, ShelfList,
+    ShelvedAlarm,
+};
 
 /// Five looks a second, one a second at a controller that does not answer.
 const PACE: PollPace =
@@ -160,6 +163,9 @@ impl RequestThread {
             });
             return Ok(said.collect::<Vec<_>>().join(", "));
         }
+        if let Request::Shelve { .. } | Request::Unshelve { .. } = request {
+            return self.ask::<ShelfList>(request).map(|list| shelf_words(&list));
+        }
         self.ask::<ChangedOperand>(request).map(|change| said(&change))
     }
 
@@ -201,11 +207,28 @@ impl RequestThread {
     }
 
     fn look(&self) -> Result<ControllerLook, CallFailure> {
-        let status = self.controller.status()?;
+        let mut status = self.controller.status()?;
+        // Those that wait for an acknowledgement, and those that are shelved, too.
+        if let Ok(AlarmList { alarms, .. }) = self.controller.ask(&Request::Alarms {}) {
+            status.alarms = alarms;
+        }
         let PolledValues { values, refused } = self.controller.values(&self.operands)?;
         let unknown = refused.into_iter().map(|refused| refused.operand).collect();
         Ok(ControllerLook { status, values, unknown })
     }
+}
+
+/// What a shelf has done.
+fn shelf_words(list: &ShelfList) -> String {
+    let one = |alarm: &ShelvedAlarm| {
+        let now = alarm.after.as_ref().map_or("back in the list", AlarmShelf::words);
+        format!("{}: now {now}", alarm.tag)
+    };
+    let mut words = list.alarms.iter().map(one).collect::<Vec<_>>().join(", ");
+    if let Some(why) = &list.not_kept {
+        words.push_str(&format!("; a restart of rungd would forget it: {why}"));
+    }
+    words
 }
 
 /// The result of a change, in the words of `rungd force`.

@@ -5,7 +5,8 @@
 //! the last dialog has shown the operand, its present value and the new value.
 
 use super::message::KeyPress;
-use rungd_client::operator::protocol::{GivenValue, OfferedName, Request};
+use rungd_client::operator::protocol::{GivenValue, OfferedName, Request, SHELF_MS_MAX};
+use rungd_engine::isa::duration;
 
 /// The longest text that can be typed.
 const TEXT_CHARS_MAX: usize = 120;
@@ -20,6 +21,8 @@ pub(super) enum WantedChange {
     Write,
     Release,
     Acknowledge,
+    /// Brings a shelved alarm back.
+    Unshelve,
 }
 
 /// A dialog.
@@ -30,6 +33,8 @@ pub(super) enum Dialog {
     /// Requests the new value. `is_typed`: the user has changed the text, so no value is proposed
     /// any more.
     NewValue { wanted: WantedChange, operand: String, text: String, is_typed: bool },
+    /// Requests for how long an alarm is shelved, and why.
+    Shelve(TypedShelf),
     /// Requests the confirmation of a change.
     Confirm { wanted: WantedChange, operand: String, text: String },
 }
@@ -43,6 +48,55 @@ pub(super) struct TypedName {
     pub chosen: Option<usize>,
 }
 
+/// A shelf as it is typed.
+#[derive(Clone, Debug)]
+pub(super) struct TypedShelf {
+    /// The alarm.
+    pub alarm: String,
+    /// For how long: `8h`; empty: out of service.
+    pub time: String,
+    /// The reason; `None`: the time is typed yet.
+    pub why: Option<String>,
+}
+
+impl TypedShelf {
+    /// A shelf of an alarm for a shift.
+    pub fn new(alarm: String) -> TypedShelf {
+        TypedShelf { alarm, time: "8h".to_owned(), why: None }
+    }
+
+    /// Handles a key. Returns the request once the reason is given.
+    ///
+    /// # Errors
+    /// What is wrong with the typed time.
+    pub fn press(&mut self, press: KeyPress) -> Result<Option<Request>, String> {
+        if press != KeyPress::Enter {
+            edit(self.why.as_mut().unwrap_or(&mut self.time), press);
+            return Ok(None);
+        }
+        let for_ms = self.for_ms()?;
+        let Some(why) = &self.why else {
+            self.why = Some(String::new());
+            return Ok(None);
+        };
+        let (why, alarms) = (why.trim().to_owned(), vec![self.alarm.clone()]);
+        let request = Request::Shelve { alarms, for_ms, why: why.clone(), for_user: None };
+        Ok((!why.is_empty()).then_some(request))
+    }
+
+    /// The typed time, ms; `None`: out of service.
+    fn for_ms(&self) -> Result<Option<u64>, String> {
+        let time = self.time.trim();
+        if time.is_empty() {
+            return Ok(None);
+        }
+        match duration::parse(time).map(|ms| u64::from(ms.unsigned_abs())) {
+            Ok(ms @ 1..=SHELF_MS_MAX) => Ok(Some(ms)),
+            Ok(_) | Err(_) => Err(duration::not_a_duration(time, "30m, 8h, 168h")),
+        }
+    }
+}
+
 impl WantedChange {
     /// The heading of the dialog.
     pub fn heading(self) -> &'static str {
@@ -51,6 +105,7 @@ impl WantedChange {
             WantedChange::Write => "Write",
             WantedChange::Release => "Release the force of",
             WantedChange::Acknowledge => "Acknowledge",
+            WantedChange::Unshelve => "Bring back",
         }
     }
 
@@ -64,6 +119,7 @@ impl WantedChange {
             }
             WantedChange::Release => Request::Unforce { operand },
             WantedChange::Acknowledge => Request::Ack { alarms: vec![operand], for_user: None },
+            WantedChange::Unshelve => Request::Unshelve { alarms: vec![operand], for_user: None },
         }
     }
 }
@@ -73,7 +129,9 @@ impl Dialog {
     pub fn operand(&self) -> Option<&str> {
         match self {
             Dialog::Add(_) => None,
-            Dialog::NewValue { operand, .. } | Dialog::Confirm { operand, .. } => Some(operand),
+            Dialog::Shelve(TypedShelf { alarm: operand, .. })
+            | Dialog::NewValue { operand, .. }
+            | Dialog::Confirm { operand, .. } => Some(operand),
         }
     }
 }

@@ -2,7 +2,7 @@
 //!
 //! `run` calls it for each key, each piece of news and each tick.
 
-use super::dialog::{Dialog, TypedName, WantedChange, edit};
+use super::dialog::{Dialog, TypedName, TypedShelf, WantedChange, edit};
 use super::message::{KeyPress, MonitorAction, MonitorEvent, MonitorNews, ThreadOrder};
 use super::state::{LongText, MonitorPage, MonitorPane, MonitorState};
 pub use rungd_client::operator::protocol::{AlarmStatus, BitOrNumber, ShownValue};
@@ -220,13 +220,17 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: KeyPress) -> 
     ];
     let wanted =
         keys.into_iter().find(|(key, _)| press == KeyPress::Char(*key)).map(|(_, page)| page);
-    if wanted.is_none() && press != KeyPress::Char('w') {
+    if wanted.is_none() && !matches!(press, KeyPress::Char('w' | 'h')) {
         return Vec::new();
     }
     let Some(operand) = operand else {
         state.said = "no operand is chosen: choose one with the arrows".to_owned();
         return Vec::new();
     };
+    if press == KeyPress::Char('h') {
+        shelve(state, operand);
+        return Vec::new();
+    }
     let Some(wanted) = wanted else {
         let (heading, known) = (format!("Why: {operand}"), of_watch(state, &operand));
         let orders = if known.is_empty() { ask(ThreadOrder::Why(operand)) } else { Vec::new() };
@@ -238,7 +242,7 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: KeyPress) -> 
     };
     let text = String::new();
     state.dialog = Some(match wanted {
-        WantedChange::Release | WantedChange::Acknowledge => {
+        WantedChange::Release | WantedChange::Acknowledge | WantedChange::Unshelve => {
             Dialog::Confirm { wanted, operand, text }
         }
         WantedChange::Force | WantedChange::Write => {
@@ -247,6 +251,22 @@ fn about(state: &mut MonitorState, operand: Option<String>, press: KeyPress) -> 
     });
     propose(state);
     Vec::new()
+}
+
+/// Opens the dialog that shelves an alarm, or brings it back.
+fn shelve(state: &mut MonitorState, operand: String) {
+    let mut alarms = state.status.iter().flat_map(|status| &status.alarms);
+    let Some(alarm) = alarms.find(|alarm| alarm.tag == operand) else {
+        state.said = format!("{operand} is no alarm of the list");
+        return;
+    };
+    state.dialog = Some(match alarm.shelved {
+        None => Dialog::Shelve(TypedShelf::new(operand)),
+        Some(_) => {
+            let (wanted, text) = (WantedChange::Unshelve, String::new());
+            Dialog::Confirm { wanted, operand, text }
+        }
+    });
 }
 
 /// Proposes a new value as soon as the present one is known, until the user types.
@@ -286,6 +306,17 @@ fn answered(state: &mut MonitorState, dialog: Dialog, press: KeyPress) -> Vec<Mo
             state.dialog = Some(Dialog::Add(typed));
             if is_new { ask(ThreadOrder::Names(prefix)) } else { Vec::new() }
         }
+        Dialog::Shelve(mut typed) => match typed.press(press) {
+            Ok(Some(request)) => ask(ThreadOrder::Change(request)),
+            Ok(None) => {
+                state.dialog = Some(Dialog::Shelve(typed));
+                Vec::new()
+            }
+            Err(why) => {
+                (state.said, state.dialog) = (why, Some(Dialog::Shelve(typed)));
+                Vec::new()
+            }
+        },
         Dialog::NewValue { wanted, operand, mut text, is_typed } => {
             let is_done = press == KeyPress::Enter && !text.trim().is_empty();
             if !is_typed && matches!(press, KeyPress::Char(_)) {

@@ -3,10 +3,11 @@
 //! They are answered from the data of `follow`. A question that executes scans again is answered on
 //! a thread for blocking work. `changes` has what a signed-in user may change.
 
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 #[cfg(feature = "prove")]
 use std::sync::atomic::AtomicBool;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use hyper::StatusCode;
 use serde_json::{Value, json};
@@ -22,8 +23,11 @@ use super::search::search;
 use super::sessions::WebSession;
 use super::site::WebSite;
 use super::stream::{ProgramWindow, SentState, name_of, tag_value, texts_by_value};
+use super::trend_store::{TrendQuestion, TrendStore};
 use super::views::{asked, of, operand, viewed};
 use rungd_client::live::{LiveEvent, LiveProgram, LiveTag, LiveView, TrendGap, TrendPoint};
+use rungd_client::operator::client;
+use rungd_client::operator::protocol::Request;
 use rungd_config::controller::web::WebOperand;
 use rungd_engine::isa::Address;
 use rungd_lab::draw::ladder::{BlockPicture, RungPicture, StagePicture};
@@ -34,6 +38,8 @@ use rungd_prove::how::how_to_change;
 /// The most rungs, and the most tags, of an answer.
 const RUNGS_MAX: usize = 60;
 const TAGS_MAX: usize = 500;
+/// The longest wait for the controller's list of its changes of program.
+const DEPLOYS_WAIT: Duration = Duration::from_secs(5);
 
 /// The questions that need the last minute.
 const PAST: [PageQuestion; 6] = [
@@ -92,10 +98,18 @@ pub(super) async fn question(
         PageQuestion::Why => asked(site, move || why(&view, &query)).await,
         #[cfg(feature = "prove")]
         PageQuestion::How => search(site, move |given_up| how(&view, &query, given_up)).await,
+        PageQuestion::Trend if query.number("minutes").is_some_and(|minutes| minutes > 1) => {
+            let (trends, socket) = (site.trends.clone(), site.follow.socket());
+            asked(site, move || over_hours(&trends, &view, &query, socket)).await
+        }
         PageQuestion::Trend => asked(site, move || trend(&view, &query)).await,
         #[cfg(not(feature = "prove"))]
         PageQuestion::How => {
             Err(WebFailure(StatusCode::NOT_FOUND, "there is no such page".to_owned()))
+        }
+        PageQuestion::Deploys => {
+            let socket = site.follow.socket();
+            asked(site, move || deploys(socket.as_deref())).await
         }
         // Answered before, and by `stream`.
         PageQuestion::Status | PageQuestion::Recipe | PageQuestion::Stream => {
@@ -238,6 +252,14 @@ fn happened(view: &LiveView) -> Value {
     json!({ "events": view.events().into_iter().rev().map(event).collect::<Vec<_>>() })
 }
 
+/// The last changes of the program, of the controller that the pages show.
+fn deploys(socket: Option<&Path>) -> Result<Value, WebFailure> {
+    let gone = |why: String| WebFailure(StatusCode::BAD_GATEWAY, why);
+    let socket = socket.ok_or_else(|| gone("no controller has answered yet".to_owned()))?;
+    client::ask_within(socket, &Request::Deploys {}, DEPLOYS_WAIT)
+        .map_err(|failure| gone(failure.to_string()))
+}
+
 fn why(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
     let answer = view.why(operand(query)?, query.number("scan")).map_err(bad)?;
     let text = format!("{}{}", answer.text(), answer.hints());
@@ -249,6 +271,22 @@ fn how(view: &LiveView, query: &Query, given_up: Arc<AtomicBool>) -> Result<Valu
     let moment = view.moment(query.number("scan")).map_err(bad)?;
     let answer = how_to_change(moment, operand(query)?, given_up).map_err(bad)?;
     Ok(json!({ "text": answer.text(), "answer": answer.json() }))
+}
+
+/// A trend over more than a minute, as far as it is known.
+fn over_hours(
+    trends: &TrendStore,
+    view: &LiveView,
+    query: &Query,
+    socket: Option<PathBuf>,
+) -> Result<Value, WebFailure> {
+    let operand = operand(query)?.to_owned();
+    let newest = view.newest_piece(&operand).map_err(bad)?;
+    let minutes = query.number("minutes").unwrap_or(1);
+    let span_ns = i64::try_from(minutes).unwrap_or(i64::MAX).saturating_mul(60_000_000_000);
+    let mut answer = trends.answer(TrendQuestion { operand, span_ns, socket }, &newest);
+    answer["minutes"] = json!(minutes);
+    Ok(answer)
 }
 
 fn trend(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {

@@ -1,4 +1,4 @@
-//! The changes that a signed-in user may make: writes, acknowledgements.
+//! The changes that a signed-in user may make: writes, and what people do with alarms.
 //!
 //! Called by `route`. `sender` sends each to the controller with the user's name, which judges it:
 //! nothing here is a right of its own. `press` has the buttons that are held.
@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use serde_json::{Value, json};
 
+use super::alarms;
 use super::journal::say;
 use super::press::press;
 use super::recipe;
@@ -14,7 +15,6 @@ use super::reply::{WebResult, bad, json_answer};
 use super::routes::PageChange;
 use super::sender::{Visitor, listed_operand, reason, sent};
 use super::site::WebSite;
-use super::views::OPERAND_BYTES_MAX;
 use rungd_base::wall_clock;
 use rungd_client::operator::protocol::{GivenValue, Request};
 
@@ -33,7 +33,10 @@ pub(super) async fn change(
         PageChange::Press => press(site, visitor, user, said).await,
         PageChange::Recipe => recipe::write(site, visitor, user, said).await,
         PageChange::ReadRecipe => recipe::read(site, said).await,
-        PageChange::Ack => acknowledge(site, visitor, user, said).await,
+        PageChange::Ack => alarms::acknowledge(site, visitor, user, said).await,
+        PageChange::Shelve => alarms::shelve(site, visitor, user, said).await,
+        PageChange::OutOfService => alarms::out_of_service(site, visitor, user, said).await,
+        PageChange::Unshelve => alarms::unshelve(site, visitor, user, said).await,
         // Noted by `route`, which also ends sessions.
         PageChange::Stay | PageChange::Logout => Ok(json_answer(&json!({}))),
     }
@@ -52,23 +55,5 @@ async fn write(site: &Arc<WebSite>, visitor: &Visitor, user: &str, said: &Value)
     // Scans after this moment show what the ladder has made of it.
     done["at_ms"] = json!(wall_clock::now_ms());
     say(&format!("{user} wrote {operand}: {}", done["now"]["value"]));
-    Ok(json_answer(&done))
-}
-
-/// Acknowledges an alarm.
-async fn acknowledge(
-    site: &Arc<WebSite>,
-    visitor: &Visitor,
-    user: &str,
-    said: &Value,
-) -> WebResult {
-    let alarm = said["alarm"].as_str().unwrap_or_default().trim().to_owned();
-    if alarm.is_empty() || alarm.len() > OPERAND_BYTES_MAX {
-        return Err(bad("name an alarm"));
-    }
-    let alarms = vec![alarm.clone()];
-    let for_user = Some(user.to_owned());
-    let done = sent(site, visitor, Request::Ack { alarms, for_user }).await?;
-    say(&format!("{user} acknowledged {alarm}"));
     Ok(json_answer(&done))
 }

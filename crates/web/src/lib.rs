@@ -24,6 +24,7 @@
 //! is observed rung by rung (`observe/power.rs`), starting from the previous scan; a page gets a
 //! character for each wire (`draw/live_svg.rs`).
 
+mod alarms;
 mod api;
 mod body;
 mod changes;
@@ -51,6 +52,8 @@ mod server;
 mod sessions;
 mod site;
 mod stream;
+mod trend_line;
+mod trend_store;
 mod tries;
 mod users;
 mod views;

@@ -45,6 +45,7 @@ fn widget(program: &LiveProgram, widget: &Widget, unit: Option<&str>) -> Value {
         "real": word.is_some_and(Word::is_real),
         "takes": word.map(|word| takes(program, word)),
         "reason": widget.reason,
+        "minutes": widget.span_minutes,
         "write": is_recipe.then(|| is_listed(program, &widget.operand)),
     })
 }

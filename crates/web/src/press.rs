@@ -10,7 +10,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 use super::reply::{WebResult, bad, json_answer};
-use super::sender::{Visitor, listed_operand, sent_at_once};
+use super::sender::{Visitor, listed_operand, reason, sent_at_once};
 use super::site::WebSite;
 use rungd_client::operator::protocol::Request;
 
@@ -29,7 +29,7 @@ pub(super) async fn press(
         (None, _) if !said["hold"].is_null() => return Err(bad("`hold` is a number")),
         (None, _) => {
             let operand = listed_operand(site, &visitor.session, said).await?;
-            Request::Hold { operand, for_user, from_page: true }
+            Request::Hold { operand, for_user, from_page: true, reason: reason(said) }
         }
     };
     let place = Arc::clone(&site.presses).acquire_owned().await;

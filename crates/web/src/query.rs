@@ -7,11 +7,12 @@
 const KEYS_MAX: usize = 32;
 
 /// The keys of all questions, and whether the value is a number.
-const KEYS: [(&str, bool); 9] = [
+const KEYS: [(&str, bool); 10] = [
     ("element", false),
     ("find", false),
     ("from", true),
     ("hold", true),
+    ("minutes", true),
     ("operand", false),
     ("scan", true),
     ("tags", false),

@@ -34,9 +34,10 @@ const BODY_BYTES_MAX: usize = 8 * 1024;
 const BODY_MAX: Duration = Duration::from_secs(10);
 
 /// The files of the page: path, type, content.
-static PAGES: [(&str, &str, &str); 7] = [
+static PAGES: [(&str, &str, &str); 8] = [
     ("/", "text/html; charset=utf-8", include_str!("page/index.html")),
     ("/app.js", "text/javascript; charset=utf-8", include_str!("page/app.js")),
+    ("/alarms.js", "text/javascript; charset=utf-8", include_str!("page/alarms.js")),
     ("/panel.js", "text/javascript; charset=utf-8", include_str!("page/panel.js")),
     ("/recipe.js", "text/javascript; charset=utf-8", include_str!("page/recipe.js")),
     ("/trend.js", "text/javascript; charset=utf-8", include_str!("page/trend.js")),
@@ -116,6 +117,9 @@ async fn admitted_answer(
         PageChange::Write
         | PageChange::Press
         | PageChange::Ack
+        | PageChange::Shelve
+        | PageChange::OutOfService
+        | PageChange::Unshelve
         | PageChange::Stay
         | PageChange::Logout => BODY_BYTES_MAX,
     };

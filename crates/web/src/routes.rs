@@ -25,6 +25,8 @@ pub enum PageQuestion {
     Why,
     How,
     Trend,
+    /// The last changes of the program.
+    Deploys,
     /// The events of a viewer, as a stream.
     Stream,
 }
@@ -39,6 +41,12 @@ pub enum PageChange {
     /// Reads a file of a recipe; writes nothing.
     ReadRecipe,
     Ack,
+    /// Shelves an alarm for a time.
+    Shelve,
+    /// Takes an alarm out of service.
+    OutOfService,
+    /// Brings an alarm back; one that is out of service needs the role for that.
+    Unshelve,
     /// Somebody is at the page: the session is not idle.
     Stay,
     Logout,
@@ -46,7 +54,7 @@ pub enum PageChange {
 
 impl PageQuestion {
     /// All questions.
-    pub const ALL: [PageQuestion; 15] = all_variants![
+    pub const ALL: [PageQuestion; 16] = all_variants![
         PageQuestion::Status,
         PageQuestion::Session,
         PageQuestion::Hold,
@@ -61,6 +69,7 @@ impl PageQuestion {
         PageQuestion::Why,
         PageQuestion::How,
         PageQuestion::Trend,
+        PageQuestion::Deploys,
         PageQuestion::Stream,
     ];
 
@@ -86,6 +95,7 @@ impl PageQuestion {
             PageQuestion::Why => "/api/why",
             PageQuestion::How => "/api/how",
             PageQuestion::Trend => "/api/trend",
+            PageQuestion::Deploys => "/api/deploys",
             PageQuestion::Stream => "/events",
         }
     }
@@ -107,6 +117,7 @@ impl PageQuestion {
             | PageQuestion::Why
             | PageQuestion::How
             | PageQuestion::Trend
+            | PageQuestion::Deploys
             | PageQuestion::Stream => WebRole::View,
         }
     }
@@ -114,12 +125,15 @@ impl PageQuestion {
 
 impl PageChange {
     /// All changes.
-    pub const ALL: [PageChange; 7] = all_variants![
+    pub const ALL: [PageChange; 10] = all_variants![
         PageChange::Write,
         PageChange::Press,
         PageChange::Recipe,
         PageChange::ReadRecipe,
         PageChange::Ack,
+        PageChange::Shelve,
+        PageChange::OutOfService,
+        PageChange::Unshelve,
         PageChange::Stay,
         PageChange::Logout,
     ];
@@ -137,6 +151,9 @@ impl PageChange {
             PageChange::Recipe => "/api/recipe",
             PageChange::ReadRecipe => "/api/recipe/read",
             PageChange::Ack => "/api/ack",
+            PageChange::Shelve => "/api/shelve",
+            PageChange::OutOfService => "/api/out-of-service",
+            PageChange::Unshelve => "/api/unshelve",
             PageChange::Stay => "/api/stay",
             PageChange::Logout => "/api/logout",
         }
@@ -149,7 +166,10 @@ impl PageChange {
             | PageChange::Press
             | PageChange::Recipe
             | PageChange::ReadRecipe
-            | PageChange::Ack => WebRole::Operate,
+            | PageChange::Ack
+            | PageChange::Shelve
+            | PageChange::Unshelve => WebRole::Operate,
+            PageChange::OutOfService => WebRole::Service,
             PageChange::Stay | PageChange::Logout => WebRole::View,
         }
     }

@@ -15,6 +15,7 @@ use super::hasher::Hasher;
 use super::journal::say;
 use super::rights::{idle_max, settings};
 use super::sessions::{SignedIn, WebSession, WebSessions};
+use super::trend_store::TrendStore;
 use super::users::{UserFailure, Users};
 use rungd_base::locked::locked;
 use rungd_client::live::LiveView;
@@ -39,6 +40,7 @@ pub(super) struct WebSite {
     pub address: String,
     /// The folder with the drawings of panels.
     pub mimics: Option<PathBuf>,
+    pub trends: TrendStore,
     pub streams: Arc<Semaphore>,
     pub questions: Arc<Semaphore>,
     pub presses: Arc<Semaphore>,
@@ -81,6 +83,7 @@ impl WebSite {
             is_tls,
             address,
             mimics,
+            trends: TrendStore::default(),
             streams: Arc::new(Semaphore::new(STREAMS_MAX)),
             questions: Arc::new(Semaphore::new(QUESTIONS_MAX)),
             presses: Arc::new(Semaphore::new(PRESSES_MAX)),

@@ -71,6 +71,11 @@ impl OperatorService {
                 let (view, from) = (self.seen().1, from_section.unwrap_or(0));
                 record::recent(&view.about, &|| self.present(), peer, from).await
             }
+            Request::Deploys {} => {
+                let about = &self.seen().1.about;
+                record::may_read(about, peer).await?;
+                answered(about.deploys())
+            }
             Request::Metrics {} => answered(self.names().metrics()),
             Request::Names { prefix } => {
                 answered(NameList { names: self.names().beginning(prefix) })
@@ -82,14 +87,13 @@ impl OperatorService {
 /// How a change is asked for.
 fn terms(request: &Request) -> WriteTerms<'_> {
     let terms = WriteTerms { person: person(request), ..WriteTerms::default() };
-    if let Request::Write { from_page, reason, .. } | Request::WriteSet { from_page, reason, .. } =
-        request
-    {
-        return WriteTerms { from_page: *from_page, reason: reason.as_deref(), ..terms };
-    }
-    // A hold has no reason.
-    let from_page = matches!(request, Request::Hold { from_page: true, .. });
-    WriteTerms { from_page, ..terms }
+    let (Request::Write { from_page, reason, .. }
+    | Request::WriteSet { from_page, reason, .. }
+    | Request::Hold { from_page, reason, .. }) = request
+    else {
+        return terms;
+    };
+    WriteTerms { from_page: *from_page, reason: reason.as_deref(), ..terms }
 }
 
 /// The person for whom a client makes a request.
@@ -118,6 +122,7 @@ fn person(request: &Request) -> Option<&str> {
         | Request::RetainSave { .. }
         | Request::Recording { .. }
         | Request::Metrics { .. }
+        | Request::Deploys { .. }
         | Request::Names { .. } => None,
     }
 }

@@ -53,9 +53,9 @@ impl OperatorService {
         }
         let asker = PeerRequest { until_ns: until_ns(asker), ..asker.clone() };
         let HeldWrite { hold, operand, change } = self.write_hold(&asker, operand, terms).await?;
-        let (peer, person) = (asker.peer.clone(), terms.person.map(str::to_owned));
-        let (from_page, until_ns) = (terms.from_page, asker.until_ns);
-        let known = KnownHold { peer, person, from_page, operand, until_ns };
+        let [person, reason] = [terms.person, terms.reason].map(|text| text.map(str::to_owned));
+        let (peer, from_page, until_ns) = (asker.peer.clone(), terms.from_page, asker.until_ns);
+        let known = KnownHold { peer, person, from_page, reason, operand, until_ns };
         self.holds().insert(hold.0, known);
         self.tell_end(hold);
         Ok(HeldOperand { hold: hold.0, change })

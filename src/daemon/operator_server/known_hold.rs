@@ -20,6 +20,8 @@ pub(super) struct KnownHold {
     /// The person for whom it was begun, and whether a page asked: a renewal is judged again.
     pub person: Option<String>,
     pub from_page: bool,
+    /// Why, as it was given.
+    pub reason: Option<String>,
     pub operand: Variable,
     /// Its end, as far as it is known here; ns of the clock of deadlines.
     pub until_ns: u64,
@@ -28,6 +30,7 @@ pub(super) struct KnownHold {
 impl KnownHold {
     /// How its renewals are asked for: as it was begun.
     pub fn terms(&self) -> WriteTerms<'_> {
-        WriteTerms { from_page: self.from_page, person: self.person.as_deref(), reason: None }
+        let (person, reason) = (self.person.as_deref(), self.reason.as_deref());
+        WriteTerms { from_page: self.from_page, person, reason }
     }
 }

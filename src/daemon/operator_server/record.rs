@@ -36,9 +36,7 @@ pub(super) async fn recent(
     peer: &OperatorPeer,
     from: u64,
 ) -> RequestResult<Vec<u8>> {
-    if !peer.may_see_files && !are_public(about.files()).await {
-        return Err(private(peer));
-    }
+    may_read(about, peer).await?;
     let recent = timeout(THREAD_MAX, about.recording().recent(from)).await;
     let Ok(Some(recent)) = recent else {
         let message = "the thread of the scan log gives no answer (a bug in rungd)";
@@ -55,6 +53,17 @@ pub(super) async fn recent(
     });
     line.await
         .map_err(|bug| RequestRefusal::new(RefusalKind::Refused, format!("a bug in rungd: {bug}")))
+}
+
+/// Whether a client may read the files of the running program.
+///
+/// # Errors
+/// It may only look, and not everybody may read them.
+pub(super) async fn may_read(about: &StatusFacts, peer: &OperatorPeer) -> RequestResult<()> {
+    match peer.may_see_files || are_public(about.files()).await {
+        true => Ok(()),
+        false => Err(private(peer)),
+    }
 }
 
 /// Whether everybody may read these files now.

@@ -14,13 +14,14 @@ use crate::daemon::alarm_keeper::SharedBook;
 use crate::daemon::config::{ControllerSetup, LadderFacts};
 use crate::daemon::log;
 use crate::daemon::record_thread::RecordHandle;
+use crate::daemon::reload::Deploys;
 use crate::daemon::retain_thread::RetainHandle;
 use rungd_base::locked::locked;
 use rungd_client::operator::names::OperandNames;
 use rungd_client::operator::protocol::{
-    self, AlarmStatus, BlockStatus, ControllerStatus, DevicesStatus, FieldDevice, HistogramBar,
-    LadderStatus, LogStatus, ModbusStatus, PROTOCOL, PostureStatus, RecordDir, RecordStatus,
-    RetainStatus, ScanStatus, ShownValue, SpreadStatus,
+    self, AlarmStatus, BlockStatus, ControllerStatus, DeployList, DevicesStatus, FieldDevice,
+    HistogramBar, LadderStatus, LogStatus, ModbusStatus, PROTOCOL, PostureStatus, RecordDir,
+    RecordStatus, RetainStatus, ScanStatus, ShownValue, SpreadStatus,
 };
 use rungd_config::controller::web::WebSettings;
 use rungd_engine::isa::{self, Address, Bit, BitSpace, BlockId, DeviceId, StageId};
@@ -50,6 +51,8 @@ pub(in super::super) struct StatusSources {
     pub book: SharedBook,
     /// The file that keeps shelves and acknowledgements.
     pub alarm_file: Option<AlarmFileHandle>,
+    /// The last changes of the program.
+    pub deploys: Deploys,
 }
 
 impl StatusSources {
@@ -69,6 +72,7 @@ impl StatusSources {
             devices: Vec::new(),
             book: Arc::new(Mutex::new(AlarmBook::new(&[]))),
             alarm_file: None,
+            deploys: Deploys::default(),
         }
     }
 }
@@ -227,6 +231,11 @@ impl StatusFacts {
     /// The book of alarms.
     pub(super) fn book(&self) -> MutexGuard<'_, AlarmBook> {
         locked(&self.parts.book)
+    }
+
+    /// The last changes of the program.
+    pub(super) fn deploys(&self) -> DeployList {
+        self.parts.deploys.list()
     }
 
     /// The file that keeps shelves and acknowledgements.

@@ -88,6 +88,7 @@ impl OperatorService {
         operand: &str,
         terms: WriteTerms<'_>,
     ) -> RequestResult<HeldWrite> {
+        judge_reason(terms)?;
         let (before, view) = self.seen();
         let write = GivenWrite { operand: operand.to_owned(), value: GivenValue::Bit(true) };
         let checked = checked(&view, &before, &write, terms)?;

@@ -7,6 +7,8 @@
 //! rollback needs, so a rollback never waits for files.
 
 mod caller;
+mod deploys;
+mod direction;
 mod reading;
 mod ready;
 mod report;
@@ -23,12 +25,14 @@ use tokio::task::spawn_blocking;
 use tokio::time::timeout;
 
 pub(super) use caller::Caller;
+pub(super) use deploys::Deploys;
 pub(super) use views::ProgramViews;
 
 use super::config::{ControllerSetup, RunningProgram};
 use super::log;
 use super::systemd::{Systemd, SystemdNotice};
 use super::turns::Turns;
+use direction::SwapDirection;
 use reading::FileReader;
 use ready::ReadyProgram;
 use report::SwappedSetups;
@@ -123,16 +127,6 @@ struct SwapRequest {
 struct OwnFault {
     generation: u32,
     reason: FaultReason,
-}
-
-/// The direction of a swap.
-#[derive(Clone, Copy)]
-enum SwapDirection {
-    /// To the program of the files.
-    Forward,
-    /// To the previous program: a rollback. If a fault of the new program is the reason, the mode
-    /// changes from FAULT to RUN.
-    Back(Option<FaultReason>),
 }
 
 impl Reloads {
@@ -465,9 +459,11 @@ impl Reloads {
             restart: request.restart,
             ..self.reloaded(&running.setup, report, swap_us)
         };
+        let who = request.caller.who.as_str();
+        self.views.deployed(who, &done, request.direction.is_back());
         match request.direction {
-            SwapDirection::Forward => tell::done(&request.caller.who, &done, &running.setup, trial),
-            SwapDirection::Back(fault) => tell::rolled_back(&request.caller.who, &done, fault),
+            SwapDirection::Forward => tell::done(who, &done, &running.setup, trial),
+            SwapDirection::Back(fault) => tell::rolled_back(who, &done, fault),
         }
         done
     }

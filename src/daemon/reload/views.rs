@@ -1,15 +1,18 @@
 //! The data of a program that its readers need: the operator's service, the log, the Modbus server,
 //! the simulated device and retentive memory.
 
+use super::deploys::DeployCause;
+use crate::daemon::alarm_keeper::unix_ns;
 use crate::daemon::config::RunningProgram;
 use crate::daemon::narration::Narration;
 use crate::daemon::operator_server::{ProgramView, StatusSources};
 use crate::daemon::record;
 use crate::daemon::watches::WatchPlan;
+use rungd_client::operator::protocol::ReloadResult;
 use rungd_io::modbus::settings::ModbusServerSettings;
 use rungd_io::{modbus, plant};
 use rungd_language::resolve::program::Program;
-use rungd_runtime::Generations;
+use rungd_runtime::{Generations, monotonic_ns};
 use rungd_state::retain::RetainPlan;
 
 /// The readers' data of each program, by generation; one field per reader.
@@ -48,6 +51,12 @@ impl ProgramViews {
         if let Some(rules) = &self.device {
             rules.insert(generation, plant::Rules::new(&setup.rules, layout));
         }
+    }
+
+    /// Notes a change of the program, for people who look.
+    pub(super) fn deployed(&self, who: &str, done: &ReloadResult, is_rollback: bool) {
+        let unix_ns = unix_ns(monotonic_ns());
+        self.about.deploys.add(DeployCause { who, unix_ns, is_rollback }, done);
     }
 
     /// Removes a program that was not swapped in.

@@ -261,15 +261,34 @@ fn memory(socket: &Path, span: &HistorySpan) -> Result<Vec<u8>, LookFailure> {
     }
 }
 
+/// The controller's memory from a time on, and perhaps a little more; a part of it if the whole is
+/// too large for an answer.
+pub(super) fn memory_since(socket: &Path, from_ns: i64) -> Result<Vec<u8>, LookFailure> {
+    let asked = |from| recorded(socket, from).map(|(bytes, _)| bytes);
+    let newest = asked(u64::MAX)?;
+    let known = Recording::of_bytes(newest.clone());
+    let Some(last) = known.count().checked_sub(1) else { return Ok(newest) };
+    let from = section_before(&known, last, from_ns);
+    match asked(from) {
+        Err(LookFailure::Call(CallFailure::Broken(..))) => Ok(newest),
+        had => had,
+    }
+}
+
+/// The estimated number of the section of a time, or of an earlier section.
+fn section_before(newest: &Recording, last: usize, begin_ns: i64) -> u64 {
+    let head = newest.head(last);
+    let age_s = u64::try_from(head.end_ns.saturating_sub(begin_ns) / 1_000_000_000).unwrap_or(0);
+    head.sequence.saturating_sub(age_s + age_s / 4 + 4)
+}
+
 /// The estimated number of the section in which a span begins, or of an earlier section; `None`:
 /// the span begins in an earlier process.
 fn guessed_section(newest: &Recording, span: &HistorySpan) -> Option<u64> {
     let last = newest.count().checked_sub(1)?;
     let begin_ns = span.from.unix_ns.saturating_sub(span.margin_ns);
-    let head = newest.head(last);
     let is_same = newest.program(last).process_start_ns == span.from.process_start_ns;
-    let age_s = u64::try_from(head.end_ns.saturating_sub(begin_ns) / 1_000_000_000).unwrap_or(0);
-    is_same.then(|| head.sequence.saturating_sub(age_s + age_s / 4 + 4))
+    is_same.then(|| section_before(newest, last, begin_ns))
 }
 
 /// Whether a recording has the scan after a position.

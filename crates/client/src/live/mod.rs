@@ -5,7 +5,8 @@
 //! the scan log and keeps the last minute. Each look returns a [`LiveView`], which answers
 //! questions without the controller; `web` and `monitor` show it. A [`ChangeFollower`] reports
 //! every change of chosen cells once, and a [`ChangeHistory`] reports the changes of the past;
-//! `edge` publishes them. Deliberately absent: threads and clocks.
+//! `edge` publishes them. A [`TrendPast`] has the values
+//! of an operand over hours. Deliberately absent: threads and clocks.
 
 mod change_follower;
 mod change_history;
@@ -17,6 +18,7 @@ mod log_event;
 mod logged_program;
 #[cfg(test)]
 mod output_tests;
+mod past_trend;
 mod program;
 mod tag_type;
 #[cfg(test)]
@@ -30,6 +32,7 @@ pub use events::LiveEvent;
 pub use follower::{ControllerFollower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
+pub use past_trend::{NewestPiece, OpenedPast, PastGap, PastPiece, PastValue, TrendPast};
 pub use program::{LiveProgram, LiveTag};
 pub use rungd_history::record::RecordedFolder;
 pub use tag_type::TagType;

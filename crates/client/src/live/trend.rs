@@ -3,11 +3,10 @@
 
 use std::sync::Arc;
 
-use super::program::LiveProgram;
 use crate::operator::protocol::PresentOutputs;
 use rungd_config::controller::OutputState;
 use rungd_engine::{BitCell, Cell};
-use rungd_history::observe::CellChanged;
+use rungd_history::observe::{CellChanged, Subject};
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
 
@@ -50,10 +49,10 @@ pub struct TrendPoint {
     pub value: Option<i32>,
 }
 
-/// The minute of a trend.
+/// The minute of a trend, or another stretch of sections that follow each other.
 #[derive(Clone, Copy)]
 pub(super) struct TrendMinute<'a> {
-    pub program: &'a LiveProgram,
+    pub subject: &'a Subject,
     pub sections: &'a [Arc<TapeSection>],
     /// What the controller does at present, and the content of the cell at the last scan.
     pub present: Option<&'a PresentOutputs>,
@@ -68,8 +67,15 @@ struct TrendScan {
     unix_ns: i64,
 }
 
+/// The trend of a minute, with as many points as a page draws.
 pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
-    let (subject, sections) = (&view.program.subject, view.sections);
+    let trend = whole_trend(view, cell);
+    Trend { points: thinned(trend.points), ..trend }
+}
+
+/// The trend of a minute, with all its points.
+pub(super) fn whole_trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
+    let (subject, sections) = (view.subject, view.sections);
     let last = sections.iter().rev().find_map(|section| {
         let begun = section.begins().last()?;
         let unix_ns = section.start.unix_ns(begun.now_ns);
@@ -81,7 +87,7 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
         value: Some(changed.after),
     };
     // What an output is driven to is known outside RUN too.
-    let number = view.program.subject.output_rules().number(cell);
+    let number = subject.output_rules().number(cell);
     let gaps = if number.is_none() { gaps(sections) } else { Vec::new() };
     let points: Vec<TrendPoint> = match number {
         None => subject.changes(sections, &[cell]).into_iter().map(point).collect(),
@@ -98,7 +104,7 @@ pub(super) fn trend(view: TrendMinute<'_>, cell: Cell) -> Trend {
         Some(_) | None => last.unix_ns,
     });
     let first = points.first().map(|point| point.unix_ns);
-    Trend { span_ns: first.zip(end), points: thinned(points), gaps }
+    Trend { span_ns: first.zip(end), points, gaps }
 }
 
 /// The present state of an output, if the log does not have it: its device is lost since the last
@@ -123,7 +129,7 @@ fn now(
 
 /// What an output was driven to, by its bit, the mode and the `.Ok` of its devices.
 fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
-    let rules = view.program.subject.output_rules();
+    let rules = view.subject.output_rules();
     let devices = rules.devices(cell);
     let cells: Vec<Cell> =
         std::iter::once(cell).chain(devices.iter().map(|ok| Cell::Bit(*ok))).collect();
@@ -141,7 +147,7 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
             points.push(TrendPoint { scan: at.1, unix_ns: at.0, value });
         }
     };
-    let changes = view.program.subject.changes(view.sections, &cells);
+    let changes = view.subject.changes(view.sections, &cells);
     for (number, change) in changes.iter().enumerate() {
         let at = (change.unix_ns, change.scan);
         while let Some((changed_at, next)) = modes.next_if(|(changed_at, _)| *changed_at < at) {

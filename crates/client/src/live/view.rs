@@ -7,12 +7,12 @@ use std::sync::Arc;
 use super::events::{LiveEvent, events};
 use super::live_past::{EarlierProgram, LivePast};
 use super::program::LiveProgram;
-use super::trend::{Trend, TrendMinute, trend};
+use super::trend::{Trend, TrendMinute, trend, whole_trend};
 use crate::operator::protocol::PresentOutputs;
 use rungd_config::controller::OutputState;
 use rungd_engine::Cell;
 use rungd_engine::isa::Real;
-use rungd_history::observe::{Explanation, Limits, PowerRun, QuestionTime, ScanPower};
+use rungd_history::observe::{Explanation, Limits, PowerRun, QuestionTime, ScanPower, Subject};
 use rungd_history::playback::{PlayableProgram, RecordedMoment};
 use rungd_lab::draw::circuit::ContactSymbol;
 use rungd_runtime::TapeSection;
@@ -183,9 +183,18 @@ impl LiveView {
     }
 
     fn trend_of(&self, cell: Cell) -> Trend {
-        let (program, sections) = (&*self.program, &*self.sections);
+        trend(self.minute(cell), cell)
+    }
+
+    /// The values of a cell over the minute, all of them.
+    pub(super) fn whole_trend_of(&self, cell: Cell) -> Trend {
+        whole_trend(self.minute(cell), cell)
+    }
+
+    fn minute(&self, cell: Cell) -> TrendMinute<'_> {
+        let (subject, sections) = (&*self.program.subject, &*self.sections);
         let (present, content) = (self.present.as_deref(), self.power.value(cell));
-        trend(TrendMinute { program, sections, present, content }, cell)
+        TrendMinute { subject, sections, present, content }
     }
 
     /// The events of the minute, the newest last.
@@ -209,13 +218,18 @@ impl LiveView {
 
     /// Converts the content of a cell to the value of its operand.
     pub fn tag_value(&self, cell: Cell, content: i32) -> TagValue {
-        let operand = self.program.subject.operand(cell);
-        if operand.is_bit {
-            TagValue::Bit(content != 0)
-        } else if operand.is_real {
-            TagValue::Real(f64::from(Real::of_cell(content)))
-        } else {
-            TagValue::Integer(content)
-        }
+        tag_value(&self.program.subject, cell, content)
+    }
+}
+
+/// Converts the content of a cell of a program to the value of its operand.
+pub(super) fn tag_value(subject: &Subject, cell: Cell, content: i32) -> TagValue {
+    let operand = subject.operand(cell);
+    if operand.is_bit {
+        TagValue::Bit(content != 0)
+    } else if operand.is_real {
+        TagValue::Real(f64::from(Real::of_cell(content)))
+    } else {
+        TagValue::Integer(content)
     }
 }

@@ -10,6 +10,7 @@ mod alarm;
 mod answers;
 pub mod client;
 pub mod deadline;
+mod deploy;
 mod groups;
 mod hold;
 mod metric;

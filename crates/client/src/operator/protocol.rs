@@ -13,6 +13,7 @@ pub use super::alarm::{
 };
 pub use super::answers::{LevelChange, MemorySave};
 use super::deadline::Deadline;
+pub use super::deploy::{Deploy, DeployList};
 pub use super::hold::{HOLD_MAX, HOLD_PERIOD_MAX, HeldOperand, HoldState};
 pub use super::metric::MetricList;
 pub use super::offer::{NameList, OfferedName};
@@ -112,6 +113,9 @@ pub enum Request {
         /// The hold comes from a page.
         #[serde(default, skip_serializing_if = "std::ops::Not::not")]
         from_page: bool,
+        /// Why, as that of a `write`.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        reason: Option<String>,
     },
     /// Puts off the end of a hold, to [`HOLD_MAX`] from now at most: [`HoldState`].
     KeepHold {
@@ -205,6 +209,8 @@ pub enum Request {
         #[serde(default, skip_serializing_if = "Option::is_none")]
         from_section: Option<u64>,
     },
+    /// The last changes of the program, each with its differences: [`DeployList`].
+    Deploys {},
     /// The operands of tags with `metric = true`: [`MetricList`].
     Metrics {},
     /// Tags and addresses with a prefix, for completion: [`NameList`].
@@ -422,6 +428,7 @@ impl Request {
             | Request::Read { .. }
             | Request::ReadSet { .. }
             | Request::Metrics {}
+            | Request::Deploys {}
             | Request::Names { .. }
             | Request::Recording { .. }
             | Request::Alarms {}
@@ -458,6 +465,7 @@ impl Request {
             | Request::Recording { .. }
             | Request::Alarms {}
             | Request::Metrics {}
+            | Request::Deploys {}
             | Request::Names { .. } => true,
             Request::Write { .. }
             | Request::WriteSet { .. }

@@ -54,6 +54,8 @@ pub struct Widget {
     pub color: Option<LampColor>,
     /// Whether a write asks for a reason, which is logged.
     pub reason: bool,
+    /// The time that a trend shows first, minutes; if not given, one.
+    pub span_minutes: Option<u32>,
 }
 
 /// The colour of a lamp that is ON: green if none is given.
@@ -100,7 +102,7 @@ pub enum WidgetKind {
     Value,
     /// A word as the length of a bar.
     Bar,
-    /// A value over the last minute.
+    /// A value over the last minute, or over hours.
     Trend,
     /// The alarms of a group.
     Alarms,
@@ -184,7 +186,7 @@ impl WidgetKind {
             }
             WidgetKind::Value => "A value; with a field for a new one if `[web] write` lists it.",
             WidgetKind::Bar => "A word, shown as a bar from `min` to `max`.",
-            WidgetKind::Trend => "A value over the last minute.",
+            WidgetKind::Trend => "A value over the last minute, or over hours.",
             WidgetKind::Alarms => "The alarms of this group; of all groups: `*`.",
             WidgetKind::Mimic => "A drawing: an SVG file in the folder of `rungd web --mimics`.",
             WidgetKind::Recipe => {
@@ -212,23 +214,29 @@ impl WidgetKind {
     /// Whether its parts may have a key of [`EXTRAS`].
     fn takes(self, extra: &str) -> bool {
         match self {
-            WidgetKind::Hold | WidgetKind::Alarms | WidgetKind::Mimic => false,
-            WidgetKind::Recipe => extra == REASON,
+            WidgetKind::Alarms | WidgetKind::Mimic => false,
+            WidgetKind::Hold | WidgetKind::Recipe => extra == REASON,
             WidgetKind::Lamp => extra == COLOR,
             WidgetKind::Button => extra == CONFIRM || extra == REASON,
             WidgetKind::Value => extra == UNIT || extra == DECIMALS || extra == REASON,
-            WidgetKind::Bar | WidgetKind::Trend => extra == UNIT || extra == DECIMALS,
+            WidgetKind::Bar => extra == UNIT || extra == DECIMALS,
+            WidgetKind::Trend => extra == UNIT || extra == DECIMALS || extra == SPAN,
         }
     }
 }
 
 /// The keys of a part that some kinds take alone.
-const EXTRAS: [&str; 5] = [COLOR, CONFIRM, UNIT, DECIMALS, REASON];
+const EXTRAS: [&str; 6] = [COLOR, CONFIRM, UNIT, DECIMALS, REASON, SPAN];
 const COLOR: &str = "color";
 const CONFIRM: &str = "confirm";
 const UNIT: &str = "unit";
 const DECIMALS: &str = "decimals";
 const REASON: &str = "reason";
+const SPAN: &str = "span";
+
+/// The times that a trend shows, by word, in minutes.
+const SPANS: KeyWords<u32> = KeyWords::new(&[("1m", 1), ("10m", 10), ("1h", 60), ("8h", 480)])
+    .refused_as(WrongWord::NoValue);
 
 /// The schema's condition on a widget: one kind, and the ends of a bar.
 const ONE_KIND: &str = r#"{"oneOf":[{"required":["lamp"]},{"required":["button"]},
@@ -266,6 +274,8 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     let color = table.value_of(key(COLOR, "The colour of a lamp that is ON."), &COLORS);
     let reason = "Whether a write asks for a reason, which the log has; false if not given.";
     let reason = table.boolean(key(REASON, reason)).is_some_and(|given| given.value);
+    let span = "The time that a trend shows first; a minute if not given.";
+    let span_minutes = table.value_of(key(SPAN, span), &SPANS);
     let ends = read_ends(&mut table);
     let judged = the_kind(&table, &shows).and_then(|(kind, shown)| {
         refuse_extras(&table, kind)?;
@@ -283,6 +293,7 @@ fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
         decimals: decimals.map(|decimals| decimals.value),
         color,
         reason,
+        span_minutes,
     };
     Some((widget, shown))
 }

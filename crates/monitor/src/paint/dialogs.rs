@@ -3,7 +3,7 @@
 use ratatui_core::layout::Rect;
 
 use super::pen::{Accent, ScreenPen};
-use crate::dialog::{Dialog, TypedName, WantedChange};
+use crate::dialog::{Dialog, TypedName, TypedShelf, WantedChange};
 use crate::rows::value_text;
 use crate::state::MonitorState;
 
@@ -14,6 +14,7 @@ const WIDE: u16 = 64;
 pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, state: &MonitorState, dialog: &Dialog) {
     let lines = match dialog {
         Dialog::Add(typed) => add(typed),
+        Dialog::Shelve(typed) => shelve(typed),
         Dialog::NewValue { wanted, operand, text, .. } => {
             let (now, what) = (present(state, operand), wanted.heading());
             vec![
@@ -35,6 +36,7 @@ pub(super) fn dialog(pen: &mut ScreenPen, area: Rect, state: &MonitorState, dial
                 WantedChange::Acknowledge => {
                     "the log says that you have seen this alarm; its value stays".to_owned()
                 }
+                WantedChange::Unshelve => "if it stands, somebody has to acknowledge it".to_owned(),
             };
             vec![
                 format!("{} {operand}?", wanted.heading()),
@@ -59,6 +61,24 @@ fn add(typed: &TypedName) -> Vec<String> {
         lines.push(format!("{sign} {}  {}", name.name, name.about));
     }
     lines.push("arrows: choose, Enter: watch it, Esc: cancel".to_owned());
+    lines
+}
+
+fn shelve(typed: &TypedShelf) -> Vec<String> {
+    let TypedShelf { alarm, time, why } = typed;
+    let mut lines = vec![format!("Shelve {alarm}")];
+    match why {
+        None => {
+            lines.push(format!("for how long: {time}_"));
+            lines.push("30m, 8h, at most 168h; nothing: out of service".to_owned());
+        }
+        Some(why) => {
+            let time = if time.trim().is_empty() { "out of service" } else { time };
+            lines.push(format!("for how long: {time}"));
+            lines.push(format!("why: {why}_"));
+        }
+    }
+    lines.push("Enter: accept, Esc: cancel".to_owned());
     lines
 }
 

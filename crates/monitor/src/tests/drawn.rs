@@ -327,7 +327,7 @@ fn the_help_and_an_answer_fit_the_window() {
               d          remove the operand from the watch list
               w, Enter   explain the operand's value
               f, u, s    force it; release the force; write it
-              k          acknowledge the alarm
+              k, h       acknowledge the alarm; shelve it, or bring it back
               l          the ladder; Enter on a block or Stage: its rungs
             Ladder       up, down: the rungs; left, right: contacts and instructions
               Tab        the next block or Stage

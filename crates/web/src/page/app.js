@@ -361,70 +361,20 @@ function overviewParts() {
   if (!place || !status) return;
   const scan = status.scan;
   renew(place,
-    card("Controller", list([
-      ["ladder", status.ladder.name], ["mode", status.mode + (status.reason ? ": " + status.reason : "")],
-      ["rungd", status.version], ["files", status.ladder.files],
-      ["SHA-256", status.ladder.sha256.slice(0, 12)]])),
-    card("Scan", list([
-      ["period", us(status.period_us)], ["execution, 99 %", us(scan.execution.p99_us)],
-      ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
-      ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
     card("Alarms", alarmsInShort(status.alarms)),
     card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value) + (isOutput(ofAnswer(of)) ? "; the output is " + outputText(ofAnswer(of)) : "")])) : h("p", { class: "soft" }, "nothing is forced")),
-    card("Devices", deviceTable(status.devices)));
+    card("Devices", deviceTable(status.devices)),
+    card("Scan", list([
+      ["period", us(status.period_us)], ["execution, 99 %", us(scan.execution.p99_us)],
+      ["execution, longest", us(scan.execution.max_us)], ["lateness, 99 %", us(scan.lateness.p99_us)],
+      ["overruns", String(scan.overruns)], ["scans", String(status.scans)]])),
+    card("Controller", list([
+      ["ladder", status.ladder.name], ["mode", status.mode + (status.reason ? ": " + status.reason : "")],
+      ["rungd", status.version], ["files", status.ladder.files],
+      ["SHA-256", status.ladder.sha256.slice(0, 12)]])));
   renew($("runs"), ...blockRows());
-}
-
-// The alarms in short, for the overview.
-function alarmsInShort(alarms) {
-  if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
-  return h("table", { class: "stack" }, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
-    h("td", {}, stateOf(alarm))))));
-}
-
-// The alarms of the list, first the ones that stand, in the order in which they rose.
-function alarmTable(alarms) {
-  if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
-  const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
-  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", "group", "state", "since", "today", ""].map((name) =>
-    h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
-    h("td", {}, alarm.priority), h("td", {}, alarm.group || ""), h("td", {}, stateOf(alarm)),
-    h("td", { class: "num" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
-    h("td", { class: "num" }, String(alarm.day || "")), h("td", {}, ackButton(alarm))))));
-}
-
-// Why an alarm is active. A watch has no tag: the controller has explained it when it rose.
-function whyOf(alarm) {
-  if (!alarm.watch) return whyButton(alarm.tag);
-  const lines = ["it does not hold: " + alarm.watch, ...(alarm.why || [])];
-  return h("details", {}, h("summary", {}, "why"), h("pre", {}, lines.join("\n")));
-}
-
-function stateOf(alarm) {
-  if (alarm.shelved) {
-    const end = alarm.shelved.until_ns ? "shelved until " + clockOf(alarm.shelved.until_ns / 1e6) : "out of service";
-    return `${end} by ${alarm.shelved.who}: ${alarm.shelved.why}`;
-  }
-  if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
-  return alarm.state === "returned" ? "returned, not acknowledged" : "not acknowledged";
-}
-
-function ackButton(alarm) {
-  if (alarm.state === "acknowledged" || alarm.shelved || state.session.role === "view") return null;
-  const said = h("span", { role: "status", class: "error" });
-  return h("span", {}, h("button", { onclick: async () => {
-    try {
-      const done = (await post("/api/ack", { alarm: alarm.tag })).alarms || [];
-      const untold = done.map((acked) => acked.bit_refused).filter(Boolean);
-      said.textContent = "acknowledged" + (untold.length ? "; the ladder does NOT see it: " + untold.join("; ") : "");
-      said.className = untold.length ? "bad" : "soft";
-    }
-    catch (error) { said.textContent = error.message; }
-  } }, "Acknowledge"), " ", said);
 }
 
 function deviceTable(devices) {
@@ -572,7 +522,7 @@ function callBox(shown, line, box) {
   const turn = () => { fold(shown, line, name); said(); };
   box.setAttribute("tabindex", "0");
   box.setAttribute("role", "button");
-  box.setAttribute("aria-label", "the rungs of " + name);
+  box.setAttribute("aria-description", "the rungs of " + name);
   said();
   box.addEventListener("click", turn);
   box.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); turn(); } });
@@ -610,12 +560,13 @@ function place(shown, line, rung) {
     rung.use ? h("span", { class: "soft" }, "of " + rung.use + " ") : null,
     rung.doc || "", " ", h("span", { class: "soft" }, at)));
   const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
+  // Its symbols are buttons: the drawing is a group of them, and no picture.
+  drawing.setAttribute("role", "group");
   root.append(document.importNode(drawing, true), words);
   for (const symbol of root.querySelectorAll("g[data-name]")) {
     if (symbol.classList.contains("box")) continue;
     symbol.setAttribute("tabindex", "0");
     symbol.setAttribute("role", "button");
-    symbol.setAttribute("aria-label", symbol.dataset.name);
     const ask = () => why(symbol.dataset.name);
     symbol.addEventListener("click", ask);
     symbol.addEventListener("keydown", (event) => { if (event.key === "Enter" || event.key === " ") { event.preventDefault(); ask(); } });
@@ -657,7 +608,8 @@ function light(shown, powers) {
       const on = power !== null && power[at] === "1";
       if ((before[at] === "1") === on && place.power !== undefined) return;
       element.classList.toggle("on", on);
-      if (element.dataset.leaf) element.setAttribute("aria-label", element.dataset.name + (on ? " conducts" : " does not conduct"));
+      // Its name is what it shows: name, address, values.
+      if (element.dataset.leaf) element.setAttribute("aria-description", on ? "conducts" : "does not conduct");
     });
     place.power = power;
   }
@@ -807,8 +759,9 @@ function alarms() {
 
 function events() {
   watch([]);
-  const body = h("tbody", {}), said = h("p", { class: "soft", role: "status" });
+  const body = h("tbody", {}), said = h("p", { class: "soft", role: "status" }), changes = h("section", {});
   async function load() {
+    deploys(changes).catch((error) => changes.replaceChildren(h("h2", {}, "Changes of the program"), h("p", { class: "error" }, error.message)));
     try {
       const answer = await get("/api/events", held());
       said.textContent = answer.events.length ? "" : "nothing has happened for a minute";
@@ -819,9 +772,21 @@ function events() {
   }
   $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Latest events"),
     h("button", { onclick: load }, "Refresh")), said,
-  h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body));
+  h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body),
+  changes);
   load();
   return {};
+}
+
+// The changes of the program since the controller started: who, when, and each difference.
+async function deploys(place) {
+  const { deploys } = await get("/api/deploys");
+  const when = (ns) => new Date(ns / 1e6).toLocaleDateString() + " " + clockOf(ns / 1e6);
+  place.replaceChildren(h("h2", {}, "Changes of the program"), ...deploys.length ? deploys.map((of, at) => h("details", { open: at === 0 },
+    h("summary", {}, `${when(of.unix_ns)}: ${of.who} ${of.rollback ? "went back to" : "loaded"} ${of.ladder} (SHA-256 ${of.sha256.slice(0, 12)})`),
+    h("ul", { class: "report" }, ...(of.report.length ? of.report : ["no difference in what the program does"]).map((line) => h("li", {}, line)),
+      of.more ? h("li", {}, `and ${of.more} more: the log has all of them`) : null)))
+    : [h("p", { class: "soft" }, "none since the controller has started")]);
 }
 
 function devices() {

@@ -140,17 +140,15 @@ function trendPart(part, label) {
   let data = null, pointer = null;
   const show = () => { if (data) draw(canvas, data, { from: 0, to: 1 }, part.limits, pointer); };
   const named = (value) => (state.texts[part.operand] || {})[value] || numberOf(part, data.isBit ? !!value : value);
-  const load = async () => {
-    try {
-      const got = await get("/api/trend", { operand: part.operand });
-      data = { ...got, name: part.operand, named, isBit: got.points.some((point) => typeof point[2] === "boolean") };
-      show();
-    } catch { /* the link says it */ }
+  const took = (got) => {
+    data = { ...got, name: part.operand, named, isBit: got.points.some((point) => typeof point[2] === "boolean") };
+    show();
   };
   pointAt(canvas, (at) => { pointer = at; show(); });
-  setTimeout(load, 0);
-  const timer = setInterval(load, PANEL_TREND_EVERY);
-  return { card: card(label, shown.place, canvas), update: shown.update, leave() { clearInterval(timer); } };
+  const followed = follow(part.operand, part.minutes || 1, took, () => { /* the link says it */ });
+  const made = h("section", { class: "card trend" }, h("h3", {}, label), shown.place,
+    spanButtons(part.minutes || 1, (minutes) => followed.choose(minutes)), canvas);
+  return { card: made, update: shown.update, leave: followed.end };
 }
 
 // --- Commands ----------------------------------------------------------------------------------
@@ -205,6 +203,15 @@ function holdPart(part, label) {
   const name = part.operand, not = whyNot(name), said = h("p", { role: "status", class: "soft" }, not);
   // The present press: its number in the controller when it is known, and what renews it.
   let press = null;
+  // Why it is pressed, if the operand wants a reason: asked before the first press, and the reason of all
+  // presses until the page is left. Nobody writes while holding a button.
+  let reason;
+  const ask = async () => {
+    const given = await reasonFor(name, label);
+    if (!given) return;
+    reason = given;
+    tell(said, "now hold it pressed: " + reason, "soft");
+  };
   const send = (change) => post("/api/press", change, HOLD);
   const end = (words, kind) => {
     const ended = press;
@@ -223,12 +230,13 @@ function holdPart(part, label) {
   };
   const begin = async () => {
     if (press || not) return;
+    if (state.session.reasons.includes(name) && reason === undefined) { ask(); return; }
     // Without the controller's clock the page could not say until when it presses.
     if (!clock) { tell(said, "not connected yet", "error"); return; }
     const mine = press = { waiting: 0 };
     tell(said, "…", "soft");
     try {
-      const change = await send({ operand: name });
+      const change = await send({ operand: name, reason });
       mine.hold = change.hold;
       // Released before the answer came: it is over at once.
       if (press !== mine) { post("/api/press", { hold: mine.hold, end: true }).catch(() => {}); return; }

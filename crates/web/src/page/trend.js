@@ -4,8 +4,36 @@
 
 // The room of the axes, and the room for one label of the times and of the values, px.
 const LEFT = 64, RIGHT = 10, ABOVE = 10, BELOW = 22, TIME_ROOM = 90, VALUE_ROOM = 30;
-// The time between two looks at the controller, ms.
-const TREND_EVERY = 2000, PANEL_TREND_EVERY = 5000;
+// The times that a trend shows, minutes, and the time between two looks at the controller, s. While the scan log
+// is being read, and after a choice, it looks at once every READ_EVERY ms.
+const SPANS = [[1, "1 min", 2], [10, "10 min", 5], [60, "1 h", 10], [480, "8 h", 30]];
+const READ_EVERY = 1500, BEING_READ = "is being read";
+
+// The buttons that choose what a trend shows; `chosen` gets the minutes.
+function spanButtons(minutes, chosen) {
+  const buttons = SPANS.map(([of, label]) => h("button", { "aria-pressed": String(of === minutes), onclick: () => {
+    buttons.forEach((button, at) => button.setAttribute("aria-pressed", String(SPANS[at][0] === of)));
+    chosen(of);
+  } }, label));
+  return h("div", { class: "tools spans", role: "group", "aria-label": "the time that is shown" }, ...buttons);
+}
+
+// Looks at a trend again and again, as often as its span wants. `took` gets each answer, `failed` each failure.
+function follow(operand, minutes, took, failed) {
+  let shown = minutes, timer = null, turn = 0;
+  const again = (every) => { clearTimeout(timer); timer = setTimeout(look, every); };
+  async function look() {
+    const mine = ++turn, every = (SPANS.find(([of]) => of >= shown) || SPANS[SPANS.length - 1])[2] * 1000;
+    try {
+      const got = await get("/api/trend", { operand, ...(shown > 1 ? { minutes: shown } : held()) });
+      if (mine !== turn) return;
+      took(got);
+      again((got.gaps || []).some((gap) => gap[2] === BEING_READ) ? READ_EVERY : every);
+    } catch (error) { if (mine === turn) { failed(error); again(every); } }
+  }
+  look();
+  return { choose(of) { shown = of; look(); }, end() { turn += 1; clearTimeout(timer); }, get minutes() { return shown; } };
+}
 
 // The least of 1, 2, 5, 10, 20 … that is not less than a number.
 function roundStep(least) {
@@ -171,13 +199,17 @@ function trend(name) {
   // `tells`: what is drawn is also said; not by itself every two seconds.
   function show(tells) {
     if (!data) return;
-    const words = draw(canvas, { ...data, name }, zoom, undefined, pointer);
+    const words = draw(canvas, { ...data, name }, zoom, undefined, pointer) + (data.note ? "; " + data.note : "");
     if (tells || !said.textContent) said.textContent = words;
   }
-  async function load(tells) {
-    try { data = await get("/api/trend", { operand: name, ...held() }); said.className = "soft"; show(tells); }
-    catch (error) { said.className = "error"; said.textContent = error.message; }
-  }
+  const following = () => follow(name, 1, (got) => {
+    const isOther = !data || data.minutes !== got.minutes;
+    // What is zoomed into stands still, so that it can be read.
+    if (!isOther && (zoom.from > 0 || zoom.to < 1)) return;
+    data = got;
+    said.className = "soft";
+    show(isOther);
+  }, (error) => { said.className = "error"; said.textContent = error.message; });
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
     const share = (event.offsetX - LEFT) / (canvas.clientWidth - LEFT - RIGHT);
@@ -191,6 +223,7 @@ function trend(name) {
   const resized = () => show(false);
   window.addEventListener("resize", resized);
   $("content").replaceChildren(h("h2", {}, "Trend of ", whyButton(name)),
+    spanButtons(1, (minutes) => { [zoom.from, zoom.to] = [0, 1]; followed.choose(minutes); }),
     h("div", { class: "tools" },
       h("button", { onclick: () => by(0.5, 0.5), "aria-label": "zoom in" }, "+"),
       h("button", { onclick: () => by(2, 0.5), "aria-label": "zoom out" }, "−"),
@@ -198,8 +231,6 @@ function trend(name) {
       h("button", { onclick: () => move(0.5), "aria-label": "later" }, "▶"),
       "now: ", valueOf(name)), canvas, said);
   watch([name]);
-  load(true);
-  // What is zoomed into stands still, so that it can be read.
-  const timer = setInterval(() => { if (!state.hold && zoom.from === 0 && zoom.to === 1) load(false); }, TREND_EVERY);
-  return { update() { refreshValues($("content")); }, leave() { clearInterval(timer); window.removeEventListener("resize", resized); } };
+  const followed = following();
+  return { update() { refreshValues($("content")); }, leave() { followed.end(); window.removeEventListener("resize", resized); } };
 }

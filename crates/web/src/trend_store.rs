@@ -1,0 +1,233 @@
+//! Trends over hours: what is known of each operand, and the reading of the scan log for what is
+//! not.
+//!
+//! Called by `api`. The last minute comes from the live view, of which each question adds what is
+//! whole. What is older is read from the scan log (`live::past_trend`) on one thread at a time, the
+//! newest part first, in pieces, with a pause as long as the work; it ends when nobody asks any
+//! more. So a question never waits for the log: it gets what is known, and names the rest.
+
+use std::collections::HashMap;
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use serde_json::{Value, json};
+
+use super::journal::say;
+use super::trend_line::{
+    CHUNK_NS, EmptyStep, SECOND_NS, StepValues, TREND_MAX_NS, TrendLine, TrendStep,
+};
+use rungd_base::locked::locked;
+use rungd_client::live::{NewestPiece, OpenedPast, TrendPast};
+
+/// The most operands that are kept; the one that was asked for longest ago is forgotten.
+const LINES_MAX: usize = 24;
+/// The points of a trend, at most, and about.
+const STEPS_MAX: i64 = 600;
+/// The most chunks that are read at once: ten minutes.
+const CHUNKS_READ_MAX: i64 = 40;
+/// Nobody has asked for so long: the reading ends.
+const UNASKED: Duration = Duration::from_secs(60);
+/// The longest pause between two pieces.
+const PAUSE_MAX: Duration = Duration::from_secs(2);
+
+/// The trends of all operands that somebody has asked for.
+#[derive(Clone, Default)]
+pub(super) struct TrendStore(Arc<Mutex<HashMap<String, StoredTrend>>>);
+
+/// The trend of an operand.
+struct StoredTrend {
+    line: TrendLine,
+    asked: Instant,
+    /// What was asked for: from this time on.
+    from_ns: i64,
+    /// The time from which the live view knows the values.
+    live_ns: i64,
+    is_read: bool,
+    /// Why a part cannot be read.
+    note: Option<String>,
+}
+
+/// What somebody asks for.
+pub(super) struct TrendQuestion {
+    pub operand: String,
+    /// The time that it covers, ns.
+    pub span_ns: i64,
+    /// The socket of the controller.
+    pub socket: Option<PathBuf>,
+}
+
+impl TrendStore {
+    /// A trend as it is known now; what is not known begins to be read.
+    pub fn answer(&self, question: TrendQuestion, newest: &NewestPiece) -> Value {
+        let TrendQuestion { operand, span_ns, socket } = question;
+        let span_ns = span_ns.clamp(60 * SECOND_NS, TREND_MAX_NS);
+        let seconds = (span_ns / SECOND_NS / STEPS_MAX).max(1);
+        let step_ns = seconds * SECOND_NS;
+        let to_ns = newest.end_ns;
+        let count = (span_ns / step_ns) as usize;
+        let from_ns = (to_ns.div_euclid(step_ns) + 1) * step_ns - count as i64 * step_ns;
+        let mut all = locked(&self.0);
+        let stored = all.entry(operand.clone()).or_insert_with(StoredTrend::new);
+        (stored.asked, stored.from_ns, stored.live_ns) = (Instant::now(), from_ns, newest.begin_ns);
+        stored.line.fill(&newest.piece, newest.begin_ns, to_ns);
+        stored.line.goes_on(&newest.piece, to_ns);
+        stored.line.forget(to_ns);
+        let steps = stored.line.steps(from_ns, seconds, count);
+        let is_missing = stored.line.missing(from_ns, newest.begin_ns, 1).is_some();
+        let (is_bit, note) = (stored.line.is_bit, stored.note.clone());
+        let begins = is_missing && !stored.is_read && note.is_none();
+        stored.is_read |= begins;
+        drop_oldest(&mut all);
+        drop(all);
+        if let Some(socket) = socket.filter(|_| begins) {
+            self.read(socket, operand.clone());
+        }
+        let drawn = DrawnSteps { from_ns, step_ns, is_bit, steps: &steps };
+        let (points, gaps) = (drawn.points(), drawn.gaps());
+        json!({
+            "operand": operand,
+            "span_ms": [from_ns / 1_000_000, to_ns / 1_000_000],
+            "points": points,
+            "gaps": gaps,
+            "note": note,
+        })
+    }
+
+    /// Reads what is missing, on a thread of its own.
+    fn read(&self, socket: PathBuf, operand: String) {
+        let (store, name) = (self.clone(), operand.clone());
+        let read = move || {
+            let found = store.read_all(&socket, &operand);
+            if let Some(stored) = locked(&store.0).get_mut(&operand) {
+                (stored.is_read, stored.note) = (false, found.err());
+            }
+        };
+        let spawned = thread::Builder::new().name("trend".to_owned()).spawn(read);
+        if spawned.is_err()
+            && let Some(stored) = locked(&self.0).get_mut(&name)
+        {
+            stored.is_read = false;
+        }
+    }
+
+    /// # Errors
+    /// What cannot be read, and why.
+    fn read_all(&self, socket: &std::path::Path, operand: &str) -> Result<(), String> {
+        let Some((from_ns, _)) = self.missing(operand) else { return Ok(()) };
+        let from_ns = from_ns.min(self.wanted_ns(operand));
+        let opened = TrendPast::open(socket, from_ns - CHUNK_NS);
+        let OpenedPast { mut past, note } = opened.map_err(|failure| failure.to_string())?;
+        note.iter().for_each(|note| say(note));
+        while let Some((from_ns, to_ns)) = self.missing(operand) {
+            let begun = Instant::now();
+            let piece = past.piece(operand, from_ns, to_ns);
+            if let Some(stored) = locked(&self.0).get_mut(operand) {
+                stored.line.fill(&piece, from_ns, to_ns);
+            }
+            thread::sleep(begun.elapsed().min(PAUSE_MAX));
+        }
+        note.map_or(Ok(()), Err)
+    }
+
+    /// The newest part that somebody wants and that is missing.
+    fn missing(&self, operand: &str) -> Option<(i64, i64)> {
+        let all = locked(&self.0);
+        let stored = all.get(operand).filter(|stored| stored.asked.elapsed() < UNASKED)?;
+        stored.line.missing(stored.from_ns, stored.live_ns, CHUNKS_READ_MAX)
+    }
+
+    /// From when on somebody wants an operand.
+    fn wanted_ns(&self, operand: &str) -> i64 {
+        locked(&self.0).get(operand).map_or(i64::MAX, |stored| stored.from_ns)
+    }
+}
+
+impl StoredTrend {
+    fn new() -> StoredTrend {
+        let (line, asked, note) = (TrendLine::default(), Instant::now(), None);
+        StoredTrend { line, asked, from_ns: i64::MAX, live_ns: i64::MAX, is_read: false, note }
+    }
+}
+
+/// Forgets the operand that was asked for longest ago, if there are too many.
+fn drop_oldest(all: &mut HashMap<String, StoredTrend>) {
+    while all.len() > LINES_MAX {
+        let oldest = all.iter().min_by_key(|(_, stored)| stored.asked);
+        let Some(oldest) = oldest.map(|(operand, _)| operand.clone()) else { return };
+        all.remove(&oldest);
+    }
+}
+
+/// Steps as points of a drawing.
+struct DrawnSteps<'a> {
+    from_ns: i64,
+    step_ns: i64,
+    is_bit: bool,
+    steps: &'a [TrendStep],
+}
+
+impl DrawnSteps<'_> {
+    /// The time of a part of a step, ms.
+    fn ms(&self, at: usize, thirds: i64) -> i64 {
+        (self.from_ns + at as i64 * self.step_ns + thirds * self.step_ns / 3) / 1_000_000
+    }
+
+    /// The values: of a step with several, its least, its greatest and its last one.
+    fn points(&self) -> Vec<Value> {
+        let mut points = Vec::new();
+        let mut before: Option<TrendStep> = None;
+        for (at, step) in self.steps.iter().enumerate() {
+            let is_as_before = match (before, step) {
+                (Some(TrendStep::Values(known)), TrendStep::Values(now)) => {
+                    now.least == now.greatest && known.last == now.last
+                }
+                (Some(TrendStep::Unknown), TrendStep::Unknown) => true,
+                (None | Some(_), _) => false,
+            };
+            before = Some(*step);
+            match step {
+                _ if is_as_before => {}
+                TrendStep::Values(StepValues { least, greatest, last }) => {
+                    let moves = least < greatest;
+                    if moves {
+                        points.push(json!([self.ms(at, 0), Value::Null, self.value(*least)]));
+                        points.push(json!([self.ms(at, 1), Value::Null, self.value(*greatest)]));
+                    }
+                    let thirds = if moves { 2 } else { 0 };
+                    points.push(json!([self.ms(at, thirds), Value::Null, self.value(*last)]));
+                }
+                TrendStep::Unknown => {
+                    points.push(json!([self.ms(at, 0), Value::Null, Value::Null]));
+                }
+                TrendStep::Empty(_) => {}
+            }
+        }
+        points
+    }
+
+    fn value(&self, value: f64) -> Value {
+        if self.is_bit {
+            json!(value != 0.0)
+        } else if value.fract() == 0.0 {
+            json!(value as i64)
+        } else {
+            json!(value)
+        }
+    }
+
+    /// The times without a value, each with its reason.
+    fn gaps(&self) -> Vec<Value> {
+        let mut gaps: Vec<(i64, i64, EmptyStep)> = Vec::new();
+        for (at, step) in self.steps.iter().enumerate() {
+            let TrendStep::Empty(why) = step else { continue };
+            let (from, to) = (self.ms(at, 0), self.ms(at + 1, 0));
+            match gaps.last_mut() {
+                Some((_, end, known)) if *end == from && known.words() == why.words() => *end = to,
+                Some(_) | None => gaps.push((from, to, *why)),
+            }
+        }
+        gaps.into_iter().map(|(from, to, why)| json!([from, to, why.words()])).collect()
+    }
+}
