@@ -43,8 +43,8 @@ def a_button_that_is_held_asks_for_its_reason_once(test):
         box = page.locator("button.hold").bounding_box()
         page.mouse.move(box["x"] + 20, box["y"] + 20)
         page.mouse.down()
-        page.get_by_text("Jog: why?").wait_for()
         page.mouse.up()
+        page.get_by_text("Jog: why?").wait_for()
         page.keyboard.type("Align the hook")
         page.keyboard.press("Enter")
         panel.said("Jog", "now hold it pressed: Align the hook")
@@ -66,7 +66,7 @@ def alarms_are_shelved_and_brought_back_by_buttons(test):
         look.picture("panel-shelve")
         assert "out of service" not in dialog.text_content(), "only maintenance takes an alarm out of service"
         dialog.get_by_label("For how long").select_option("1 hour")
-        page.get_by_label("Why").fill("The sensor is exchanged")
+        dialog.get_by_label("why").fill("The sensor is exchanged")
         dialog.get_by_role("button", name="Shelve").click()
         panel.said("Alarms of the oven", "The sensor is exchanged")
         wait_for("who and why in the log", lambda: f"{USER} by " in panel.log() and "shelved alarm hot for 1h" in panel.log())

@@ -206,6 +206,7 @@ function holdPart(part, label) {
   // Why it is pressed, if the operand wants a reason: asked before the first press, and the reason of all
   // presses until the page is left. Nobody writes while holding a button.
   let reason;
+  const asksFirst = () => state.session.reasons.includes(name) && reason === undefined;
   const ask = async () => {
     const given = await reasonFor(name, label);
     if (!given) return;
@@ -230,7 +231,8 @@ function holdPart(part, label) {
   };
   const begin = async () => {
     if (press || not) return;
-    if (state.session.reasons.includes(name) && reason === undefined) { ask(); return; }
+    // Asked by the click: a dialog that opens while the finger is down loses its focus.
+    if (asksFirst()) return;
     // Without the controller's clock the page could not say until when it presses.
     if (!clock) { tell(said, "not connected yet", "error"); return; }
     const mine = press = { waiting: 0 };
@@ -250,6 +252,7 @@ function holdPart(part, label) {
   const letGo = () => end("", "soft");
   const button = h("button", { class: "big hold", disabled: !!not, "aria-label": label + ", hold it pressed",
     onpointerdown: (event) => { if (event.button === 0) { button.setPointerCapture(event.pointerId); begin(); } },
+    onclick: () => { if (!not && asksFirst()) ask(); },
     onpointerup: letGo, onpointercancel: letGo, onlostpointercapture: letGo, onblur: letGo,
     // A long press on a tablet opens a menu instead.
     oncontextmenu: (event) => event.preventDefault(),
