@@ -29,12 +29,18 @@ const STEPS_MAX: i64 = 600;
 const CHUNKS_READ_MAX: i64 = 40;
 /// Nobody has asked for so long: the reading ends.
 const UNASKED: Duration = Duration::from_secs(60);
+/// The shortest time between two readings for one operand.
+const READ_AGAIN: Duration = Duration::from_secs(5);
 /// The longest pause between two pieces.
 const PAUSE_MAX: Duration = Duration::from_secs(2);
 
 /// The trends of all operands that somebody has asked for.
 #[derive(Clone, Default)]
-pub(super) struct TrendStore(Arc<Mutex<HashMap<String, StoredTrend>>>);
+pub(super) struct TrendStore {
+    trends: Arc<Mutex<HashMap<String, StoredTrend>>>,
+    /// Held by the one that reads the scan log.
+    turn: Arc<Mutex<()>>,
+}
 
 /// The trend of an operand.
 struct StoredTrend {
@@ -42,9 +48,11 @@ struct StoredTrend {
     asked: Instant,
     /// What was asked for: from this time on.
     from_ns: i64,
-    /// The time from which the live view knows the values.
-    live_ns: i64,
+    /// Up to here the scan log is read: the end of the chunk in which the live view begins.
+    until_ns: i64,
     is_read: bool,
+    /// When the last reading ended.
+    read: Option<Instant>,
     /// Why a part cannot be read.
     note: Option<String>,
 }
@@ -68,16 +76,19 @@ impl TrendStore {
         let to_ns = newest.end_ns;
         let count = (span_ns / step_ns) as usize;
         let from_ns = (to_ns.div_euclid(step_ns) + 1) * step_ns - count as i64 * step_ns;
-        let mut all = locked(&self.0);
+        let mut all = locked(&self.trends);
         let stored = all.entry(operand.clone()).or_insert_with(StoredTrend::new);
-        (stored.asked, stored.from_ns, stored.live_ns) = (Instant::now(), from_ns, newest.begin_ns);
+        // A chunk that is not over is not read: the live view has its newest part.
+        let until_ns = whole(newest.begin_ns + CHUNK_NS - 1).min(whole(to_ns));
+        (stored.asked, stored.from_ns, stored.until_ns) = (Instant::now(), from_ns, until_ns);
         stored.line.fill(&newest.piece, newest.begin_ns, to_ns);
         stored.line.goes_on(&newest.piece, to_ns);
         stored.line.forget(to_ns);
         let steps = stored.line.steps(from_ns, seconds, count);
-        let is_missing = stored.line.missing(from_ns, newest.begin_ns, 1).is_some();
+        let is_missing = stored.line.missing(from_ns, until_ns, 1).is_some();
         let (is_bit, note) = (stored.line.is_bit, stored.note.clone());
-        let begins = is_missing && !stored.is_read && note.is_none();
+        let is_early = stored.read.is_some_and(|read| read.elapsed() < READ_AGAIN);
+        let begins = is_missing && !stored.is_read && !is_early;
         stored.is_read |= begins;
         drop_oldest(&mut all);
         drop(all);
@@ -99,14 +110,18 @@ impl TrendStore {
     fn read(&self, socket: PathBuf, operand: String) {
         let (store, name) = (self.clone(), operand.clone());
         let read = move || {
-            let found = store.read_all(&socket, &operand);
-            if let Some(stored) = locked(&store.0).get_mut(&operand) {
+            let found = {
+                let _turn = locked(&store.turn);
+                store.read_all(&socket, &operand)
+            };
+            if let Some(stored) = locked(&store.trends).get_mut(&operand) {
                 (stored.is_read, stored.note) = (false, found.err());
+                stored.read = Some(Instant::now());
             }
         };
         let spawned = thread::Builder::new().name("trend".to_owned()).spawn(read);
         if spawned.is_err()
-            && let Some(stored) = locked(&self.0).get_mut(&name)
+            && let Some(stored) = locked(&self.trends).get_mut(&name)
         {
             stored.is_read = false;
         }
@@ -120,10 +135,12 @@ impl TrendStore {
         let opened = TrendPast::open(socket, from_ns - CHUNK_NS);
         let OpenedPast { mut past, note } = opened.map_err(|failure| failure.to_string())?;
         note.iter().for_each(|note| say(note));
-        while let Some((from_ns, to_ns)) = self.missing(operand) {
+        let end_ns = past.end_ns().unwrap_or(i64::MIN);
+        // What is newer than the log that was opened is for the next reading.
+        while let Some((from_ns, to_ns)) = self.missing(operand).filter(|part| part.1 <= end_ns) {
             let begun = Instant::now();
             let piece = past.piece(operand, from_ns, to_ns);
-            if let Some(stored) = locked(&self.0).get_mut(operand) {
+            if let Some(stored) = locked(&self.trends).get_mut(operand) {
                 stored.line.fill(&piece, from_ns, to_ns);
             }
             thread::sleep(begun.elapsed().min(PAUSE_MAX));
@@ -133,22 +150,35 @@ impl TrendStore {
 
     /// The newest part that somebody wants and that is missing.
     fn missing(&self, operand: &str) -> Option<(i64, i64)> {
-        let all = locked(&self.0);
+        let all = locked(&self.trends);
         let stored = all.get(operand).filter(|stored| stored.asked.elapsed() < UNASKED)?;
-        stored.line.missing(stored.from_ns, stored.live_ns, CHUNKS_READ_MAX)
+        stored.line.missing(stored.from_ns, stored.until_ns, CHUNKS_READ_MAX)
     }
 
     /// From when on somebody wants an operand.
     fn wanted_ns(&self, operand: &str) -> i64 {
-        locked(&self.0).get(operand).map_or(i64::MAX, |stored| stored.from_ns)
+        locked(&self.trends).get(operand).map_or(i64::MAX, |stored| stored.from_ns)
     }
 }
 
 impl StoredTrend {
     fn new() -> StoredTrend {
         let (line, asked, note) = (TrendLine::default(), Instant::now(), None);
-        StoredTrend { line, asked, from_ns: i64::MAX, live_ns: i64::MAX, is_read: false, note }
+        StoredTrend {
+            line,
+            asked,
+            from_ns: i64::MAX,
+            until_ns: i64::MIN,
+            is_read: false,
+            read: None,
+            note,
+        }
     }
+}
+
+/// The beginning of the chunk of a time.
+fn whole(ns: i64) -> i64 {
+    ns.div_euclid(CHUNK_NS) * CHUNK_NS
 }
 
 /// Forgets the operand that was asked for longest ago, if there are too many.

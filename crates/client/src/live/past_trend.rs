@@ -97,10 +97,11 @@ impl TrendPast {
         TrendPast { recording: Arc::new(recording), subjects: Vec::new() }
     }
 
-    /// The time of the last recorded scan, ns since 1970 (UTC).
+    /// The time of the last recorded scan, or of the last section of a stop; ns since 1970 (UTC).
     pub fn end_ns(&self) -> Option<i64> {
         let last = self.recording.count().checked_sub(1)?;
-        Some(self.recording.head(last).end_ns)
+        let head = self.recording.head(last);
+        Some(head.end_ns.max(head.begin_ns))
     }
 
     /// The values of an operand between two times, as far as they are recorded.

@@ -49,7 +49,7 @@ impl AlarmHistory {
 fn with_lead(recording: &Recording, sections: Range<usize>) -> Range<usize> {
     let Range { start, end } = sections;
     let programs = RecordedPrograms::of(recording, start..end.min(start + 1));
-    let lead_ns = programs.first().map_or(0, |program| delay_max_ns(program));
+    let lead_ns = programs.first().map_or(0, delay_max_ns);
     let from_ns = recording.head(start).begin_ns.saturating_sub(lead_ns);
     let is_needed = |at: &usize| recording.follows(at + 1) && recording.head(*at).end_ns >= from_ns;
     let lead = (0..start).rev().take_while(is_needed).count();
