@@ -112,7 +112,7 @@ impl TrendLine {
     }
 
     /// Takes what is behind the last whole chunk before a time.
-    pub fn goes_on(&mut self, piece: &PastPiece, to_ns: i64) {
+    pub fn continue_with(&mut self, piece: &PastPiece, to_ns: i64) {
         let first = to_ns.div_euclid(CHUNK_NS) * CHUNK_STEPS as i64;
         let count = usize::try_from(to_ns.div_euclid(SECOND_NS) + 1 - first).unwrap_or(0);
         let count = count.min(CHUNK_STEPS);
@@ -241,7 +241,7 @@ fn number(value: TagValue) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rungd_client::live::PastValue;
+    use rungd_client::live::TimedValue;
 
     const FROM_NS: i64 = 1_000 * CHUNK_NS;
 
@@ -250,7 +250,7 @@ mod tests {
     }
 
     fn piece(values: &[(f64, i32)], gaps: &[(f64, f64)]) -> PastPiece {
-        let value = |(seconds, value): &(f64, i32)| PastValue {
+        let value = |(seconds, value): &(f64, i32)| TimedValue {
             unix_ns: at(*seconds),
             value: Some(TagValue::Integer(*value)),
         };

@@ -82,7 +82,7 @@ impl TrendStore {
         let until_ns = whole(newest.begin_ns + CHUNK_NS - 1).min(whole(to_ns));
         (stored.asked, stored.from_ns, stored.until_ns) = (Instant::now(), from_ns, until_ns);
         stored.line.fill(&newest.piece, newest.begin_ns, to_ns);
-        stored.line.goes_on(&newest.piece, to_ns);
+        stored.line.continue_with(&newest.piece, to_ns);
         stored.line.forget(to_ns);
         let steps = stored.line.steps(from_ns, seconds, count);
         let is_missing = stored.line.missing(from_ns, until_ns, 1).is_some();

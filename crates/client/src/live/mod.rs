@@ -32,7 +32,7 @@ pub use events::LiveEvent;
 pub use follower::{ControllerFollower, LookFailure};
 pub use log_event::{LogEvent, LogGap, LogPosition, LoggedChange};
 pub use logged_program::{ChooseCells, LoggedProgram, NamedCell};
-pub use past_trend::{NewestPiece, OpenedPast, PastGap, PastPiece, PastValue, TrendPast};
+pub use past_trend::{NewestPiece, OpenedPast, PastGap, PastPiece, TimedValue, TrendPast};
 pub use program::{LiveProgram, LiveTag};
 pub use rungd_history::record::RecordedFolder;
 pub use tag_type::TagType;

@@ -31,14 +31,14 @@ const JOIN_NS: i64 = 3_000_000_000;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PastPiece {
     /// The values, each from a time on, in order.
-    pub values: Vec<PastValue>,
+    pub values: Vec<TimedValue>,
     /// The times without a value, in order.
     pub gaps: Vec<PastGap>,
 }
 
 /// A value from a time on.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PastValue {
+pub struct TimedValue {
     /// ns since 1970 (UTC).
     pub unix_ns: i64,
     /// The value; `None`: it is not known, because the device of the output is lost.
@@ -153,7 +153,7 @@ impl TrendPast {
         let (present, content) = (None, 0);
         let minute = TrendMinute { subject: &subject, sections: &sections, present, content };
         let end_ns = self.recording.head(run[run.len() - 1]).end_ns;
-        let known = ValueKind { subject: &subject, cell };
+        let known = ValueMeaning { subject: &subject, cell };
         Some(PastPiece::of(&known, whole_trend(minute, cell), end_ns))
     }
 
@@ -188,9 +188,9 @@ fn runs<'s>(recording: &Recording, sections: &'s [usize]) -> Vec<&'s [usize]> {
 
 impl PastPiece {
     /// The values of a trend. `end_ns`: what has not ended goes on up to here.
-    fn of(known: &ValueKind<'_>, trend: Trend, end_ns: i64) -> PastPiece {
-        let ValueKind { subject, cell } = *known;
-        let value = |point: TrendPoint| PastValue {
+    fn of(known: &ValueMeaning<'_>, trend: Trend, end_ns: i64) -> PastPiece {
+        let ValueMeaning { subject, cell } = *known;
+        let value = |point: TrendPoint| TimedValue {
             unix_ns: point.unix_ns,
             value: point.value.map(|content| tag_value(subject, cell, content)),
         };
@@ -218,7 +218,7 @@ impl PastPiece {
 }
 
 /// The cell of an operand, which says what its contents mean.
-struct ValueKind<'a> {
+struct ValueMeaning<'a> {
     subject: &'a Subject,
     cell: Cell,
 }
@@ -236,7 +236,7 @@ impl LiveView {
         let present_ns = self.present.as_ref().map_or(end_ns, |present| present.unix_ns);
         let stands = trend.gaps.last().is_some_and(|gap| gap.to_ns.is_none());
         let end_ns = if stands { end_ns.max(present_ns) } else { end_ns };
-        let known = ValueKind { subject: &self.program.subject, cell };
+        let known = ValueMeaning { subject: &self.program.subject, cell };
         let piece = PastPiece::of(&known, trend, end_ns);
         Ok(NewestPiece { piece, begin_ns, end_ns })
     }

@@ -75,12 +75,12 @@ fn watches(program: &PlayableProgram) -> Option<&WatchSettings> {
 struct HistoryRun<'a, F> {
     playback: Playback<AlarmEngines<'a>>,
     is_shown: F,
-    judged: Option<JudgedProgram>,
+    judged: Option<JudgedAlarms>,
     history: AlarmHistory,
 }
 
 /// The program of the last section.
-struct JudgedProgram {
+struct JudgedAlarms {
     place: usize,
     alarms: Vec<FollowedAlarm>,
     /// The judge of its lines, if it has some.
@@ -105,7 +105,7 @@ impl<F: Fn(&PlayedScan) -> bool> HistoryRun<'_, F> {
         let mut judged = known.unwrap_or_else(|| {
             let mut judge = judge_of(program, make_judge);
             judge.iter_mut().for_each(|judge| judge.joins(image));
-            JudgedProgram { place, alarms: alarms(program), judge }
+            JudgedAlarms { place, alarms: alarms(program), judge }
         });
         let (history, is_shown) = (&mut self.history, &self.is_shown);
         let mut visit = |step: PlayedStep, engine: &Engine| {

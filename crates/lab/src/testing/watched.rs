@@ -2,8 +2,8 @@
 //! scan, before the passes.
 //!
 //! The daemon's recording, and the history of alarms, call it with the images of an engine that
-//! executes the recorded calls again. What judges a condition of a test judges these lines, `was(x)` included. An observer's
-//! rungs are absent: a watch sees the ladder's memory.
+//! executes the recorded calls again. What judges a condition of a test judges these lines,
+//! `was(x)` included. An observer's rungs are absent: a watch sees the ladder's memory.
 
 use std::sync::Arc;
 
