@@ -51,6 +51,7 @@ pub fn equal(question: &EqualQuestion) -> Result<EqualAnswer, String> {
     let events = ladders.events(&both, judged.judges, &mut code);
     free.extend(events.down.map(SharedInput::down));
     let model = ProofModel {
+        stage_starts: Vec::new(),
         period: question.old.programs[0].controller.period,
         late_max: 1,
         start: ProofStart::Cold(connected(&both.program, &code.layout)),

@@ -4,6 +4,7 @@
 //! into gates, and both mean the same scan: that of [`Run::scan`]. It has no names.
 
 use crate::events::{DownTime, Happening, ModelEvents, ScanEvent};
+use crate::stage_start::StageStart;
 use rungd_base::calendar::LocalTime;
 use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
@@ -35,6 +36,8 @@ pub struct ProofModel {
     pub judged: Vec<BitCell>,
     /// What may happen to the controller behind each scan.
     pub events: ModelEvents,
+    /// The Programs whose Stages are free before the first scan.
+    pub stage_starts: Vec<StageStart>,
 }
 
 impl ProofModel {
@@ -184,6 +187,9 @@ impl ProofModel {
                 Cell::Word(word) => engine.write_word(word, *value),
                 Cell::WordBit(_) => unreachable!("an input is a whole cell"),
             }
+        }
+        if is_first {
+            self.stage_starts.iter().for_each(|start| start.begin(engine));
         }
     }
 

@@ -26,6 +26,8 @@ pub enum InputSetting {
     Force(TestOperand),
     /// By `set` of the scenario, before the first scan.
     Start(TestOperand),
+    /// By `set` of the scenario, with others: what an image says of a Program's Stages.
+    Stored(TestOperand),
     /// By `lose` and `restore`: whether the device is there.
     Device(DeviceId),
     /// Not at all: another input decides it, or the step of an event says it.

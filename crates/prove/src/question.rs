@@ -16,6 +16,7 @@ use crate::inputs::{brought, is_input, named, range, x_number};
 use crate::model::{FreeInput, ProofModel, ProofStart, Target};
 use crate::named_input::{InputSetting, NamedInput};
 use crate::retained::{RetainedStart, retained};
+use crate::retained_stages::StageStarts;
 use rungd_engine::isa::{Address, Bit, DeviceBit, DeviceId};
 use rungd_engine::{Cell, Engine, EngineProgram, Layout};
 use rungd_lab::rig::RigProgram;
@@ -120,6 +121,7 @@ impl Questions {
                 InputSetting::Set(_)
                 | InputSetting::Force(_)
                 | InputSetting::Start(_)
+                | InputSetting::Stored(_)
                 | InputSetting::Device(_)
                 | InputSetting::Follows => None,
             })
@@ -205,6 +207,8 @@ impl ModelledProgram<'_> {
         let at_start: Vec<_> = at_start.collect();
         all.extend(at_start);
         let mut code = free.with_any(&judged.code, &mut all);
+        let stages = StageStarts::of(&asked, suite, lowered, &mut code);
+        all.extend(stages.free);
         let events = asked.events(&mut code);
         all.extend(events.down.map(|down| {
             let (name, setting) = ("$DownSeconds".to_owned(), InputSetting::Follows);
@@ -220,7 +224,9 @@ impl ModelledProgram<'_> {
             judged: judged.behind,
             code,
             events,
+            stage_starts: stages.starts,
         };
+        let unknown = unknown.or(stages.unknown);
         ModelWithNames { model, inputs, unknown, judges: judged.judges }
     }
 }

@@ -6,7 +6,7 @@
 //! instruction keeps, but for what every pass turns OFF: that a timer times, and the histories of
 //! edges. The pass behind a crash also resets what is not retained, and turns outputs OFF that
 //! begin ON. All this is more than a process finds, and holds for all that it can find. A scenario
-//! sets what a test can set by `set`.
+//! sets what a test can set by `set`. Retained Stages are in `retained_stages`.
 
 use std::collections::{HashMap, HashSet};
 
@@ -58,9 +58,6 @@ pub(crate) fn retained(
         start: RetainedStart::default(),
     };
     let controller = &suite.programs[0].controller;
-    if !controller.retained_stages.is_empty() {
-        search.unknown("`from`: retained Stages are not varied yet".to_owned());
-    }
     for address in controller.retain.iter().flat_map(|range| range.addresses()) {
         match address {
             Address::Structure(structure) => search.structure(structure),

@@ -7,6 +7,8 @@ use crate::model::{FreeInput, Path, ProofModel, ProofStart, Run};
 use crate::named_input::{InputSetting, NamedInput};
 use crate::question::Questions;
 use crate::rig_memory::DeadEnd;
+use crate::stage_start::StageStart;
+use rungd_engine::{BitCell, Cell};
 use rungd_lab::rig::PowerOff;
 use rungd_lab::testing::{
     Condition, FoundRun, TestOperand, TestStep, TestTime, TriedRun, try_end, try_run, try_violation,
@@ -71,13 +73,51 @@ impl Trial<'_> {
                 Some((operand.clone(), *value))
             }
             InputSetting::Start(_)
+            | InputSetting::Stored(_)
             | InputSetting::Set(_)
             | InputSetting::Force(_)
             | InputSetting::Device(_)
             | InputSetting::Follows
             | InputSetting::Any(_) => None,
         });
-        set.collect()
+        let stages = model.stage_starts.iter();
+        set.chain(stages.flat_map(|start| self.set_stages(start, first))).collect()
+    }
+
+    /// What an image says of a Program's Stages, if its start is not a cold one. `first`: the
+    /// values before the first scan.
+    fn set_stages(&self, start: &StageStart, first: &[i32]) -> Vec<(TestOperand, i32)> {
+        let Questions { model, inputs, .. } = self.questions;
+        let place = |bit: BitCell| {
+            let cell = Cell::Bit(bit);
+            model.inputs.iter().position(|input| input.cell == cell)
+        };
+        let is_chosen = |bit: BitCell| place(bit).is_some_and(|at| first[at] != 0);
+        let operand = |bit: BitCell| match &inputs[place(bit)?].setting {
+            InputSetting::Stored(operand) => Some(operand.clone()),
+            InputSetting::Start(_)
+            | InputSetting::Set(_)
+            | InputSetting::Force(_)
+            | InputSetting::Device(_)
+            | InputSetting::Follows
+            | InputSetting::Any(_) => None,
+        };
+        let chosen = start.chosen;
+        let runs = start.runs || is_chosen(chosen.running());
+        let begins = runs && is_chosen(chosen.begins());
+        let by_itself = place(chosen.begins()).is_some_and(|at| model.inputs[at].cold == Some(1));
+        let one = |bit: BitCell, value: i32| Some((operand(bit)?, value));
+        if !runs || begins {
+            let is_cold = begins == by_itself && runs == by_itself;
+            let set = one(chosen.running(), runs.into()).filter(|_| !is_cold);
+            return set.into_iter().collect();
+        }
+        let stages = (0..chosen.stages).map(|n| chosen.stage(n));
+        let on: Vec<BitCell> = stages.filter(|bit| is_chosen(*bit)).collect();
+        match on.is_empty() {
+            true => one(chosen.stage(0), 0).into_iter().collect(),
+            false => on.into_iter().filter_map(|bit| one(bit, 1)).collect(),
+        }
     }
 
     fn steps(&self) -> Vec<TestStep> {
@@ -218,7 +258,10 @@ impl NamedInput {
         match &self.setting {
             InputSetting::Set(operand) => operand.input.is_some(),
             InputSetting::Force(_) | InputSetting::Device(_) => true,
-            InputSetting::Start(_) | InputSetting::Follows | InputSetting::Any(_) => false,
+            InputSetting::Start(_)
+            | InputSetting::Stored(_)
+            | InputSetting::Follows
+            | InputSetting::Any(_) => false,
         }
     }
 
@@ -229,7 +272,10 @@ impl NamedInput {
             InputSetting::Force(operand) => Some(TestStep::Force(operand.clone(), value)),
             InputSetting::Device(device) if value == 0 => Some(TestStep::Lose(*device)),
             InputSetting::Device(device) => Some(TestStep::Restore(*device)),
-            InputSetting::Start(_) | InputSetting::Follows | InputSetting::Any(_) => None,
+            InputSetting::Start(_)
+            | InputSetting::Stored(_)
+            | InputSetting::Follows
+            | InputSetting::Any(_) => None,
         }
     }
 }

@@ -45,6 +45,9 @@ const S_NS: u64 = 1_000_000_000;
 #[derive(Clone, Debug, Default)]
 pub struct RigSetup {
     /// The cells whose memory before the first scan differs from a cold start, with their values.
+    /// Bits of retained Stages say what the process finds of them: a Program of which a Stage is
+    /// here goes on in those that are ON; one of which none is begins at its initial Stage, or does
+    /// not run.
     pub set: Vec<(Cell, i32)>,
     /// The levels of inputs from the first scan on: the number of the X, and ON or OFF.
     pub inputs: Vec<(u32, bool)>,
@@ -89,7 +92,8 @@ pub struct Rig {
 impl Rig {
     /// A rig after a cold start, in RUN, before the first scan.
     pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
-        let engine = Engine::new(program.code.clone());
+        let mut engine = Engine::new(program.code.clone());
+        process::store_stages(&mut engine, &setup.set);
         let (mut machine, tape) = match setup.is_taped {
             true => {
                 let (machine, tape) = RigTape::of(engine);
@@ -98,7 +102,9 @@ impl Rig {
             false => (Taped::new(engine), None),
         };
         machine.comes_from(Origin::Batch(Ticket(0)));
-        setup.set.iter().for_each(|(cell, value)| machine.write(*cell, *value));
+        let stored = |cell: &Cell| process::is_of_stages(&program.code, *cell);
+        let set = setup.set.iter().filter(|(cell, _)| !stored(cell));
+        set.clone().for_each(|(cell, value)| machine.write(*cell, *value));
         let retained = setup.keeps_images.then(|| Retained::new(program, 0));
         let mut rig = Rig {
             field: RigField::new(program),
@@ -120,7 +126,7 @@ impl Rig {
             program: Arc::clone(program),
         };
         setup.inputs.iter().for_each(|(x, on)| rig.set_input(*x, *on));
-        for (cell, value) in &setup.set {
+        for (cell, value) in set {
             rig.field.set_cell(*cell, *value, 0);
         }
         for (device, cell, value) in &setup.devices {

@@ -50,6 +50,8 @@ mod step_forms;
 mod step_text;
 mod step_words;
 mod steps;
+#[cfg(test)]
+mod stored_stages_tests;
 mod suite;
 mod touches;
 mod traced;

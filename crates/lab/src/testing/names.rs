@@ -16,7 +16,7 @@ use super::view::{View, ViewDraft};
 use crate::traces::stimulus::StimulusTarget;
 use rungd_config::controller::device::Device;
 use rungd_engine::Cell;
-use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId};
+use rungd_engine::isa::{Address, Bit, BitSpace, DeviceId, StageId};
 use rungd_io::ladder::settings::LadderSettings;
 use rungd_language::check::{CheckInputs, check_partial, silence};
 use rungd_language::lower::{Symbols, lower};
@@ -303,6 +303,40 @@ impl<'a> TestNames<'a> {
             }
         })?;
         Ok(self.target(name, address, takes))
+    }
+
+    /// A retained Stage, or `.Running` of its Program, as a scenario sets it before its first scan:
+    /// what retentive memory holds of it. `None`: the name is something else.
+    pub fn stored(&self, name: &str, span: Span) -> Option<Result<TestTarget, Finding>> {
+        let names = &self.symbols.names;
+        let (program, stage) = match self.address(name, span).ok()? {
+            Address::Bit(Bit::Running(program)) => (program, None),
+            Address::Bit(Bit::Stage(StageId(stage))) => {
+                let (before, rest) = names.stages.split_at(stage as usize);
+                let program = rest.first()?.block;
+                let before = before.iter().filter(|stage| stage.block == program);
+                (program, Some(before.count() as u32))
+            }
+            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => return None,
+        };
+        let program_name = &names.block(program).name;
+        let kept = self.symbols.identity.kept.iter().find(|kept| kept.program == program);
+        let bit = match (kept, stage) {
+            (Some(kept), Some(stage)) => kept.stage(stage),
+            (Some(kept), None) if program_name != "Main" => kept.running(),
+            (None, Some(_)) => {
+                let message =
+                    format!("`{name}` is set, and no Stages of {program_name} are retained");
+                let finding = Finding::new(Code::TestStep, span, message);
+                let retained = possible(format!("stages = [\"{program_name}\"]"));
+                let words = "retain them, by `{}` in `[retain]`, or let steps lead into the Stage";
+                return Some(Err(finding.help(advise(words, [retained]))));
+            }
+            (Some(_) | None, None) => return None,
+        };
+        let operand =
+            TestOperand { name: name.to_owned(), cell: Cell::Bit(bit), input: None, device: None };
+        Some(Ok(TestTarget { operand, takes: StimulusTarget::Bit(Cell::Bit(bit)) }))
     }
 
     /// An operand that may be forced.

@@ -186,6 +186,21 @@ impl<'a> Programs<'a> {
         }
     }
 
+    /// As [`Programs::written`], for what a scenario sets before its first scan: retained Stages,
+    /// too.
+    ///
+    /// # Errors
+    /// The finding about the name.
+    pub fn before_start(
+        &self,
+        id: ProgramId,
+        name: &str,
+        span: Span,
+    ) -> Result<TestTarget, Finding> {
+        let stored = self.names[id.0].stored(name, span);
+        stored.unwrap_or_else(|| self.written(id, name, span))
+    }
+
     /// As [`Programs::written`], for an operand that a test may force.
     ///
     /// # Errors

@@ -48,7 +48,7 @@ impl<'p, 'a> StepResolver<'p, 'a> {
         let mut all: Vec<(TestOperand, i32)> = Vec::new();
         let mut seen: HashMap<(Option<DeviceId>, Cell), Span> = HashMap::new();
         for (name, value) in set {
-            let found = self.programs.written(self.current, &name.text, name.span);
+            let found = self.programs.before_start(self.current, &name.text, name.span);
             let found = found.and_then(|target| {
                 if let Some(first) =
                     seen.insert((target.operand.device, target.operand.cell), name.span)

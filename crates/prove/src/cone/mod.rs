@@ -83,7 +83,12 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
     let (mut inputs, mut places) = (Vec::new(), Vec::new());
     for input in &model.inputs {
         let down = model.events.down.filter(|down| input.cell == Cell::Word(down.next));
-        let is_kept = slice.knows(down.map_or(input.cell, |down| Cell::Word(down.word)));
+        let known_by = |bit| model.stage_starts.iter().find_map(|one| one.known_by(&split, bit));
+        let is_kept = slice.knows(match (down, input.cell) {
+            (Some(down), _) => Cell::Word(down.word),
+            (None, Cell::Bit(bit)) => known_by(bit).unwrap_or(input.cell),
+            (None, Cell::Word(_) | Cell::WordBit(_)) => input.cell,
+        });
         places.push(is_kept.then_some(inputs.len()));
         inputs.extend(is_kept.then_some(*input));
     }
@@ -100,6 +105,9 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
         slice.knows(of_stages.unwrap_or(cell))
     };
     let events = model.events.of_part(knows);
+    let runs = |program| slice.knows(Cell::Bit(split.layout.bit(Bit::Running(program))));
+    let stage_starts = model.stage_starts.iter().copied();
+    let stage_starts = stage_starts.filter(|start| runs(start.chosen.program)).collect();
     Cone {
         operations: Share { kept: slice.places.len(), all: split.tables.batches.len() },
         inputs: Share { kept: inputs.len(), all: places.len() },
@@ -115,6 +123,7 @@ pub fn cone(model: &ProofModel, bits: &[BitCell]) -> Cone {
             start: model.start.clone(),
             assumed: model.assumed.clone(),
             events,
+            stage_starts,
         },
     }
 }

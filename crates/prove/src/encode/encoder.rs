@@ -9,6 +9,7 @@ use super::written::{WordRange, WrittenCells};
 use crate::aig::{GateGraph, Literal};
 use crate::gates::{GateCut, GateInput, Held, InputOf};
 use crate::model::{FreeInput, ProofModel};
+use rungd_engine::isa::{Bit, BlockId};
 use rungd_engine::{BitCell, Cell, Element, EngineProgram, WordCell};
 use rustc_hash::{FxHashMap, FxHashSet};
 use std::collections::BTreeMap;
@@ -26,6 +27,8 @@ pub(super) struct Encoder<'m> {
     pub acc_forms: FxHashMap<u32, AccForm>,
     /// The values of cells in the first scan that are free there alone.
     pub at_start: FxHashMap<Cell, Number>,
+    /// Whether the first turn of a Program is due before the first scan, where it is free there.
+    pub first_turns: FxHashMap<BlockId, Literal>,
     /// The values of bits; `None`: not read or written yet.
     pub bits: Vec<Option<Literal>>,
     /// The values of words that were read or written.
@@ -70,6 +73,7 @@ impl<'m> Encoder<'m> {
         let mut written = WrittenCells::of(code, &start.image);
         let at_start = model.inputs.iter().filter(|input| !input.is_of_every_scan());
         at_start.for_each(|input| written.starts_with(input));
+        model.stage_starts.iter().for_each(|start| written.starts(start.chosen.program));
         if let Some(down) = model.events.down {
             written.starts_with(&FreeInput { cell: Cell::Word(down.word), ..down.input() });
         }
@@ -82,6 +86,7 @@ impl<'m> Encoder<'m> {
             kept,
             graph: GateGraph::default(),
             at_start: FxHashMap::default(),
+            first_turns: FxHashMap::default(),
             bits: vec![None; code.bit_count as usize],
             words: FxHashMap::default(),
             own: FxHashMap::default(),
@@ -107,6 +112,7 @@ impl<'m> Encoder<'m> {
         for (at, input) in (0..).zip(&model.inputs) {
             encoder.free_input(at, *input);
         }
+        encoder.begin_stages();
         encoder.free_lateness();
         encoder.free_event();
         encoder
@@ -130,6 +136,30 @@ impl<'m> Encoder<'m> {
             Cell::WordBit(_) => unreachable!("an input is a whole cell"),
         }
         self.free.push(value.bits().to_vec());
+    }
+
+    /// Gives the Programs whose Stages are free before the first scan what was chosen for them.
+    fn begin_stages(&mut self) {
+        let code = self.code;
+        for start in &self.model.stage_starts {
+            let program = start.chosen.program;
+            let chosen = |scan: &Self, bit| {
+                let value = scan.at_start.get(&Cell::Bit(bit));
+                value.map_or(Literal::FALSE, |value| value.bit(0))
+            };
+            let runs = Literal::constant(start.runs);
+            let runs = self.graph.or(runs, chosen(self, start.chosen.running()));
+            let begins = self.graph.and(runs, chosen(self, start.chosen.begins()));
+            let goes_on = self.graph.and(runs, !begins);
+            let running = Cell::Bit(code.layout.bit(Bit::Running(program)));
+            self.at_start.insert(running, Number::of_bit(runs));
+            self.first_turns.insert(program, begins);
+            for n in 0..start.chosen.stages {
+                let on = self.graph.and(goes_on, chosen(self, start.chosen.stage(n)));
+                let stage = Cell::Bit(code.layout.bit(Bit::Stage(start.stage(code, n))));
+                self.at_start.insert(stage, Number::of_bit(on));
+            }
+        }
     }
 
     /// Makes the literals of the time since the scan before.

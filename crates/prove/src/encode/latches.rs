@@ -32,10 +32,16 @@ impl Encoder<'_> {
         if let Some(literal) = self.own.get(&held) {
             return *literal;
         }
-        let literal = match self.first_own(held) {
+        let mut literal = match self.first_own(held) {
             Some(initial) => self.latch(initial, held, Next::Own(held)),
             None => Literal::FALSE,
         };
+        if let Held::FirstTurn(program) = held
+            && let Some(is_due) = self.first_turns.get(&program).copied()
+        {
+            let first = self.beginning();
+            literal = self.graph.mux(first, is_due, literal);
+        }
         self.own.insert(held, literal);
         literal
     }

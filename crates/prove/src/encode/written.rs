@@ -324,7 +324,8 @@ impl<'c> WrittenCells<'c> {
         }
     }
 
-    fn starts(&mut self, block: BlockId) {
+    /// A block whose `.Running` something may turn ON.
+    pub fn starts(&mut self, block: BlockId) {
         self.bit(self.code.layout.bit(Bit::Running(block)).0);
         self.bit(self.code.layout.bit(Bit::Done(block)).0);
     }

@@ -56,6 +56,7 @@ pub fn model_of(program: &Program, asked: Asked) -> ProofModel {
         judged: lowered.behind,
         code: lowered.code,
         events: ModelEvents::default(),
+        stage_starts: Vec::new(),
     }
 }
 

@@ -13,6 +13,7 @@ use rungd_language::source::span::Span;
 use rungd_prove::any::{AnyProgram, any_in};
 use rungd_prove::events::{KeptLimits, ModelEvents, RetainedCell, ScanEvent};
 use rungd_prove::model::{Choice, FreeInput, ProofModel, ProofStart};
+use rungd_prove::stage_start::StageStart;
 use rungd_test_support::model::generate::generate;
 use rungd_test_support::model::rng::Rng;
 use rungd_test_support::run::{cell, load};
@@ -96,8 +97,23 @@ fn drawn_with(seed: u64, has_any: bool) -> Drawn {
             judged: lowered.behind,
             code,
             events,
+            stage_starts: Vec::new(),
         },
     }
+}
+
+/// The same model, in which Programs whose Stages are retained begin in any of them.
+pub fn with_stages_at_start(mut model: ProofModel, rng: &mut Rng) -> ProofModel {
+    for kept in model.code.kept.clone() {
+        let start = StageStart::new(&mut model.code, kept.program, rng.chance(20));
+        let is_stage = |input: &FreeInput| {
+            (0..kept.stages).any(|n| input.cell == Cell::Bit(start.chosen.stage(n)))
+        };
+        let inputs = start.inputs(&model.code).into_iter();
+        model.inputs.extend(inputs.filter(|input| !is_stage(input) || rng.chance(70)));
+        model.stage_starts.push(start);
+    }
+    model
 }
 
 struct Draw<'p> {

@@ -8,7 +8,7 @@
 
 use super::aiger_file::WrittenSystem;
 use super::bench::{Asked, model, model_of};
-use super::drawn::fresh;
+use super::drawn::{fresh, with_stages_at_start};
 use super::lanes::{LANES, Lanes};
 use rungd_base::scan_period::ScanPeriod;
 use rungd_engine::isa::status::dst;
@@ -314,7 +314,9 @@ fn model_of_case(case: &Case) -> ProofModel {
     };
     let mut rng = Rng::new(case.seed);
     let names = case.columns.iter().filter(|name| name.starts_with('X') || rng.chance(25));
-    let mut model = model_with(&program, asked, names);
+    let model = model_with(&program, asked, names);
+    let begins_in_stages = rng.chance(50);
+    let mut model = if begins_in_stages { with_stages_at_start(model, &mut rng) } else { model };
     if case.seed.is_multiple_of(5) {
         let hour = Word::Space(WordSpace::Dst, dst::HOUR);
         let cell = Cell::Word(model.code.layout.word(hour));

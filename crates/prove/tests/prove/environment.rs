@@ -278,12 +278,78 @@ rung = [
     assert_eq!(words(ladder, &test(retain)), expected);
 }
 
+/// A batch, and a rinse that begins by itself.
+const STAGED: &str = r#"
+[[program]]
+name = "Main"
+rung = [
+  { when = ["X0"], do = ["RUN Batch"] },
+  { when = ["Batch.Mix", "Batch.Fill"], do = ["OUT Y3"] },
+]
+[[program]]
+name = "Batch"
+[[program.stage]]
+name = "Fill"
+rung = [{ when = ["$On"], do = ["OUT Y0"] }, { when = ["X1"], do = ["JMP Mix"] }]
+[[program.stage]]
+name = "Mix"
+rung = [{ when = ["$On"], do = ["OUT Y1"] }, { when = ["!X1"], do = ["JMP Fill"] }]
+[[program]]
+name = "Rinse"
+autostart = true
+[[program.stage]]
+name = "Wait"
+rung = [{ when = ["$On"], do = ["OUT Y2"] }]
+"#;
+
 #[test]
-fn retained_stages_are_named_as_what_stands_in_the_way() {
-    let ladder = "[[program]]\nname = \"Main\"\n[[program.stage]]\nname = \"Idle\"\n\
-                  rung = [{ when = [\"X0\"], do = [\"OUT Y0\"] }]\n";
-    let test =
-        "always = [\"!Y0 | X0\"]\n[retain]\nstages = [\"*\"]\n[prove]\nfrom = \"retained\"\n";
-    let found = answers(ladder, test);
-    assert_eq!(cause(&found[0]), "`from`: retained Stages are not varied yet");
+fn retained_stages_are_on_or_off_before_the_first_scan() {
+    let lines = "always = [\"!Y3\", \"!Y1 | !$FirstScan | X1\", \"Rinse.Running\", \"Y2\", \
+                 \"!Batch.Fill | Batch.Running\", \"!$FirstScan | X0 | !Batch.Running\"]\n";
+    assert_eq!(words(STAGED, lines), ["proved"; 6]);
+    let kept = "[retain]\nstages = [\"*\"]\n[prove]\nfrom = \"retained\"\n";
+    let found = answers(STAGED, &format!("{lines}{kept}"));
+    let expected = ["violated", "violated", "violated", "violated", "proved", "violated"];
+    assert_eq!(words_of(&found), expected, "{found:#?}");
+    let sets = [
+        Some("{ \"Batch.Fill\" = 1, \"Batch.Mix\" = 1 }"),
+        Some("{ \"Batch.Mix\" = 1 }"),
+        Some("{ \"Rinse.Running\" = 0 }"),
+        None,
+        None,
+        None,
+    ];
+    for (answer, set) in found.iter().zip(sets) {
+        let Some(set) = set else { continue };
+        let (scan, scenario) = violated(answer);
+        assert_eq!(scan, 1, "{scenario}");
+        assert!(scenario.contains(&format!("set   = {set}\n")), "{scenario}");
+    }
+    // Others are not retained, and begin as at a cold start.
+    let rinse = format!("{lines}{}", kept.replace('*', "Rinse"));
+    let expected = ["proved", "proved", "violated", "violated", "proved", "proved"];
+    assert_eq!(words(STAGED, &rinse), expected);
+}
+
+#[test]
+fn a_program_that_begins_at_its_initial_stage_is_a_start_too() {
+    // Before its turn no Stage of it is ON.
+    let line = "always = [\"!$FirstScan | X0 | !Batch.Running | Y0 | Y1\"]\n";
+    let kept = "[retain]\nstages = [\"Batch\"]\n[prove]\nfrom = \"retained\"\n";
+    let ladder = STAGED.replace("\"RUN Batch\"", "\"SET C0\"");
+    // With no Stage ON it runs so.
+    let found = &answers(&ladder, &format!("{line}{kept}"))[0];
+    assert!(scenario(found).contains("set   = { \"Batch.Fill\" = 0 }\n"), "{found:#?}");
+    let seen = "[[program]]\nname = \"Main\"\nrung = [\n  { when = [\"Batch.Running\", \"!Batch.Fill\"], do = [\"OUT Y4\"] },";
+    let ladder = ladder.replacen("[[program]]\nname = \"Main\"\nrung = [", seen, 1);
+    let line = "always = [\"!(Y4 & Y0)\"]\n";
+    let found = &answers(&ladder, &format!("{line}{kept}"))[0];
+    assert!(scenario(found).contains("set   = { \"Batch.Running\" = 1 }\n"), "{found:#?}");
+}
+
+#[test]
+fn a_retained_stage_of_the_scan_before_is_not_known_in_the_first_scan() {
+    let kept = "[retain]\nstages = [\"*\"]\n[prove]\nfrom = \"retained\"\n";
+    let found = answers(STAGED, &format!("always = [\"!was(Batch.Fill) | Y0 | Y1 | X0\"]\n{kept}"));
+    assert_eq!(cause(&found[0]), "`from`: `was(Batch.Fill)` of a retained Stage");
 }

@@ -75,6 +75,12 @@ pub fn retained_ranges(rng: &mut Rng) -> String {
     ranges.join(", ")
 }
 
+/// The Programs whose Stages are retained: often all.
+pub fn retained_stages(ladder: &str, rng: &mut Rng) -> &'static str {
+    let retains = ladder.contains("[[program.stage]]") && rng.chance(70);
+    if retains { "\"*\"" } else { "" }
+}
+
 /// Whether the rig brings an input.
 pub fn is_brought(address: Option<Address>) -> bool {
     let bits = |bit| matches!(bit, Bit::Space(BitSpace::X, _) | Bit::Device(..));
@@ -165,11 +171,7 @@ fn random_programs_begin_again_in_a_proof_as_on_the_rig() {
              [prove]\nevents = [\"power-cut\", \"restart\", \"stop\"]\n",
             period = case.period.max(10),
             ranges = retained_ranges(&mut rng),
-            stages = if case.ladder().contains("[[program.stage]]") && rng.chance(70) {
-                "\"*\""
-            } else {
-                ""
-            },
+            stages = retained_stages(&case.ladder(), &mut rng),
         );
         compare(&questions(&case.ladder(), "", &test), seed);
     }

@@ -7,7 +7,7 @@
 //! solver. A question that a way leaves open is counted, and judged by what
 //! the others say. Exploring's paths are the shortest.
 
-use super::drawn::{Drawn, drawn};
+use super::drawn::{Drawn, drawn, with_stages_at_start};
 use super::exhaust::{Exhausted, exhaust};
 use rungd_engine::isa::{Structure, Word};
 use rungd_engine::record::{FLAGS, timer_state};
@@ -139,8 +139,8 @@ fn all_ways_agree_about_random_programs() {
 }
 
 /// The same model, in which some counters and timers begin with any flags, and what their
-/// instructions keep: all but that a timer times.
-fn with_structures_at_start(mut drawn: Drawn, rng: &mut Rng) -> Drawn {
+/// instructions keep, all but that a timer times; and retained Stages are ON or OFF.
+fn with_retained_at_start(mut drawn: Drawn, rng: &mut Rng) -> Drawn {
     let layout = &drawn.model.code.layout;
     let mut cells = Vec::new();
     for structure in [Structure::Counter(0), Structure::Timer(0), Structure::Counter(1)] {
@@ -160,16 +160,17 @@ fn with_structures_at_start(mut drawn: Drawn, rng: &mut Rng) -> Drawn {
             drawn.model.inputs.push(input);
         }
     }
+    drawn.model = with_stages_at_start(drawn.model, rng);
     drawn
 }
 
 #[test]
-fn all_ways_agree_about_random_programs_that_begin_with_retained_structures() {
+fn all_ways_agree_about_random_programs_that_begin_with_retained_structures_and_stages() {
     let (first, count) = (setting("RUNGD_PROVE_SEED", 1), setting("RUNGD_PROVE_WAYS", 6));
     let mut tally = Tally::default();
     // Other programs than those above.
     for seed in first + count..first + 2 * count {
-        let drawn = with_structures_at_start(drawn(seed), &mut Rng::new(seed ^ 0x57A7));
+        let drawn = with_retained_at_start(drawn(seed), &mut Rng::new(seed ^ 0x57A7));
         let bit = drawn.model.judged[seed as usize % drawn.model.judged.len()];
         judge(&drawn, Target { bit, value: seed % 2 == 0 }, &mut tally);
     }
