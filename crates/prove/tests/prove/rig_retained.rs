@@ -160,7 +160,7 @@ fn what_a_process_finds_on_the_rig_is_a_start_of_a_proof_from_retained_memory() 
 fn counterexamples_that_begin_in_retained_stages_hold_on_the_rig() {
     let first = setting("RUNGD_PROVE_SEED", 1);
     let (mut seed, mut violated) = (first, 0);
-    let most = setting("RUNGD_PROVE_RIG", 6);
+    let most = setting("RUNGD_PROVE_RIG", 6).div_ceil(3);
     while seed < first + 6 * most && violated < most {
         let case = generate(seed);
         let test = format!(
