@@ -7,7 +7,9 @@ use crate::events::{DownTime, Happening, ModelEvents, ScanEvent};
 use crate::stage_start::StageStart;
 use rungd_base::calendar::LocalTime;
 use rungd_base::scan_period::ScanPeriod;
-use rungd_engine::{BitCell, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes};
+use rungd_engine::{
+    BitCell, BlockRole, Cell, Engine, EngineProgram, EngineState, Image, ScanTimes,
+};
 
 /// Why a question about a period like 250us stays open.
 pub(crate) const UNEVEN_PERIOD: &str =
@@ -259,6 +261,22 @@ pub struct FreeInput {
 }
 
 impl FreeInput {
+    /// The choice of a Program's Stages before the first scan: whether it runs, whether it begins
+    /// at its initial Stage, and its Stages. A Program with autostart begins at a cold start.
+    pub fn of_stages(start: &StageStart, code: &EngineProgram) -> Vec<FreeInput> {
+        let role = code.blocks[start.chosen.program.0 as usize].role;
+        let begins = matches!(role, BlockRole::Program { autostart: true });
+        let bit = |bit: BitCell, cold: bool| FreeInput {
+            cell: Cell::Bit(bit),
+            low: 0,
+            high: 1,
+            cold: Some(cold.into()),
+        };
+        let runs = (!start.runs).then(|| bit(start.chosen.running(), begins));
+        let stages = (0..start.chosen.stages).map(|n| bit(start.chosen.stage(n), false));
+        runs.into_iter().chain([bit(start.chosen.begins(), begins)]).chain(stages).collect()
+    }
+
     /// Whether it may change before every scan.
     pub(crate) fn is_of_every_scan(&self) -> bool {
         self.cold.is_none()

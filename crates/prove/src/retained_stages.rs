@@ -1,9 +1,9 @@
 //! `from = "retained"`: what an image says of the Programs whose Stages are retained.
 //!
-//! `question` calls it. Each of them may not run, begin at its initial Stage, or go on in any of its
-//! Stages, in several, or in none. A ladder that leaves its Stages by JMP alone has fewer of these
-//! starts, but an image may also come from another edition of the ladder. Main runs in any case.
-//! `trial` sets what a start needs.
+//! `question` calls it. Each of them may not run, begin at its initial Stage, or go on in any of
+//! its Stages, in several, or in none. A ladder that leaves its Stages by JMP alone has fewer of
+//! these starts, but an image may also come from another edition of the ladder. Main runs in any
+//! case. `trial` sets what a start needs.
 
 use crate::asked_events::EventQuestion;
 use crate::model::FreeInput;
@@ -41,7 +41,7 @@ impl StageStarts {
             let runs = asked.program.blocks[own.program.0 as usize].is_main();
             let start = StageStart::new(code, own.program, runs);
             let named = NamedStages { rig, own: *own, start };
-            let inputs = start.inputs(code).into_iter();
+            let inputs = FreeInput::of_stages(&start, code).into_iter();
             all.free.extend(inputs.map(|input| (input, named.input(code, input.cell))));
             all.starts.push(start);
             let remembered =

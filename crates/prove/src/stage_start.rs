@@ -6,9 +6,8 @@
 //! first scan. `begin` gives the Program what they say, as the engine's start of RUN does, which
 //! comes before: nothing of a ladder executes between the two. `encode` has gates for it.
 
-use crate::model::FreeInput;
 use rungd_engine::isa::{Bit, BlockId, StageId};
-use rungd_engine::{BitCell, BlockRole, BlockState, Cell, Engine, EngineProgram, ResumeBits};
+use rungd_engine::{BitCell, BlockState, Cell, Engine, EngineProgram, ResumeBits};
 
 /// A Program whose Stages are free before the first scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,22 +24,6 @@ impl StageStart {
         let (first, stages) = (code.bit_count, code.blocks[program.0 as usize].stages.len() as u32);
         code.bit_count += ResumeBits::bits(stages);
         StageStart { chosen: ResumeBits { program, first, stages }, runs }
-    }
-
-    /// Its free inputs: whether it runs, whether it begins at its initial Stage, and its Stages. A
-    /// cold start has other values than 0 of a Program that begins by itself.
-    pub fn inputs(&self, code: &EngineProgram) -> Vec<FreeInput> {
-        let role = code.blocks[self.chosen.program.0 as usize].role;
-        let begins = matches!(role, BlockRole::Program { autostart: true });
-        let bit = |bit: BitCell, cold: bool| FreeInput {
-            cell: Cell::Bit(bit),
-            low: 0,
-            high: 1,
-            cold: Some(cold.into()),
-        };
-        let runs = (!self.runs).then(|| bit(self.chosen.running(), begins));
-        let stages = (0..self.chosen.stages).map(|n| bit(self.chosen.stage(n), false));
-        runs.into_iter().chain([bit(self.chosen.begins(), begins)]).chain(stages).collect()
     }
 
     /// The cell of the Program that knows a bit of its choice: its Stage, or that it runs.

@@ -17,6 +17,7 @@ mod process;
 mod program;
 mod retained;
 pub mod simulation;
+mod stored_stages;
 mod tape;
 
 pub use device_ladder::{DeviceProgram, SimulatedDevice};
@@ -93,7 +94,7 @@ impl Rig {
     /// A rig after a cold start, in RUN, before the first scan.
     pub fn new(program: &Arc<RigProgram>, setup: &RigSetup) -> Rig {
         let mut engine = Engine::new(program.code.clone());
-        process::store_stages(&mut engine, &setup.set);
+        stored_stages::store_stages(&mut engine, &setup.set);
         let (mut machine, tape) = match setup.is_taped {
             true => {
                 let (machine, tape) = RigTape::of(engine);
@@ -102,7 +103,7 @@ impl Rig {
             false => (Taped::new(engine), None),
         };
         machine.comes_from(Origin::Batch(Ticket(0)));
-        let stored = |cell: &Cell| process::is_of_stages(&program.code, *cell);
+        let stored = |cell: &Cell| stored_stages::is_of_stages(&program.code, *cell);
         let set = setup.set.iter().filter(|(cell, _)| !stored(cell));
         set.clone().for_each(|(cell, value)| machine.write(*cell, *value));
         let retained = setup.keeps_images.then(|| Retained::new(program, 0));

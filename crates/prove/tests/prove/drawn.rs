@@ -109,7 +109,7 @@ pub fn with_stages_at_start(mut model: ProofModel, rng: &mut Rng) -> ProofModel 
         let is_stage = |input: &FreeInput| {
             (0..kept.stages).any(|n| input.cell == Cell::Bit(start.chosen.stage(n)))
         };
-        let inputs = start.inputs(&model.code).into_iter();
+        let inputs = FreeInput::of_stages(&start, &model.code).into_iter();
         model.inputs.extend(inputs.filter(|input| !is_stage(input) || rng.chance(70)));
         model.stage_starts.push(start);
     }

@@ -62,6 +62,18 @@ fn starts_free(questions: &Questions, program: BlockId) -> bool {
     questions.model.stage_starts.iter().any(|start| start.chosen.program == program)
 }
 
+/// Whether an address is a Stage of such a Program, or that it runs.
+fn is_of_free_stages(questions: &Questions, address: &Address) -> bool {
+    match address {
+        Address::Bit(Bit::Running(program)) => starts_free(questions, *program),
+        Address::Bit(Bit::Stage(stage)) => {
+            let stages = &questions.programs[0].symbols.names.stages;
+            starts_free(questions, stages[stage.0 as usize].block)
+        }
+        Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
+    }
+}
+
 /// Lets a random run on the rig begin a new process, which goes on beside the proof; whether it
 /// found something.
 fn compare(questions: &Questions, seed: u64) -> bool {
@@ -105,15 +117,8 @@ fn compare(questions: &Questions, seed: u64) -> bool {
     let mut unread = differing_at(&rig, &run);
     let is_free = |address: &Address| {
         let cell = model.code.layout.cell(*address);
-        let is_of_stages = match address {
-            Address::Bit(Bit::Running(program)) => starts_free(questions, *program),
-            Address::Bit(Bit::Stage(stage)) => {
-                let stages = &questions.programs[0].symbols.names.stages;
-                starts_free(questions, stages[stage.0 as usize].block)
-            }
-            Address::Bit(_) | Address::Word(_) | Address::Structure(_) => false,
-        };
-        is_of_stages || model.inputs.iter().any(|input| Some(input.cell) == cell)
+        is_of_free_stages(questions, address)
+            || model.inputs.iter().any(|input| Some(input.cell) == cell)
     };
     unread.retain(|address| !is_free(address));
     for number in 0..30 {
