@@ -13,6 +13,8 @@ use crate::model::{ProjectRung, RungBody, UseArgument};
 pub(crate) struct CallBook {
     /// The routines, by scope and name in small letters.
     pub(crate) routines: HashMap<RoutineKey, Callee>,
+    /// The tasks that have programs in the file, in small letters.
+    pub(crate) tasks: HashSet<String>,
     /// The Add-On Instructions, by their names in small letters.
     pub(crate) instructions: HashMap<String, Result<OwnInstruction, String>>,
     /// The scope of each Add-On Instruction's logic.

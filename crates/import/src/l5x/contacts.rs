@@ -7,6 +7,17 @@ use super::translate::{Terms, Translation, contact_on, operand};
 use super::types::Kind;
 use crate::condition::{RungCondition, TouchedPlace};
 
+/// The instructions that are contacts.
+const CONTACTS: [&str; 19] = [
+    "XIC", "XIO", "AFI", "LIM", "LIMIT", "MEQ", "CMP", "EQU", "EQ", "NEQ", "NE", "LES", "LT",
+    "LEQ", "LE", "GRT", "GT", "GEQ", "GE",
+];
+
+/// Whether an instruction is a contact: it changes nothing but the power behind it.
+pub(super) fn is_contact(name: &str) -> bool {
+    CONTACTS.contains(&name)
+}
+
 impl Translation<'_> {
     /// The condition of a contact; `None` if the instruction is none.
     ///

@@ -22,6 +22,8 @@ struct ArrayPart {
     count: u32,
     kind: Kind,
     place: TouchedPlace,
+    /// Whether other members of a structure lie behind it.
+    is_member: bool,
 }
 
 impl ArrayPart {
@@ -42,6 +44,19 @@ impl ArrayPart {
         let value = if is_real { ValueType::Real } else { ValueType::Whole };
         let (text, reads) = (self.element(0), vec![self.place.clone()]);
         LogixFormula { text, reads, value, is_atom: true, ..LogixFormula::whole(0) }
+    }
+
+    /// How many elements there are.
+    fn room(&self) -> u32 {
+        if self.is_array() { self.count } else { 1 }
+    }
+
+    /// The part of a length that Logix writes: it stops at the end of a tag.
+    fn fitting(&self, length: u32) -> Result<u32, String> {
+        match length > self.room() && self.is_member {
+            true => Err("a copy beyond the end of a member, into the next ones".to_owned()),
+            false => Ok(length.min(self.room())),
+        }
     }
 
     fn slice(&self, from: u32, length: u32) -> String {
@@ -84,20 +99,22 @@ impl Translation<'_> {
         };
         let first = match located.index {
             Index::None => 0,
-            Index::Fixed(_) if !located.dimensions.is_empty() => {
-                return Err("an array within an array of structures".to_owned());
-            }
-            Index::Fixed(at) => at,
+            // An array within an element: those of all elements are one array.
+            Index::Fixed(at) => at.saturating_mul(whole),
             Index::Moving(_) => return Err("a run of elements with a moving index".to_owned()),
         };
         let total = self.memory.total(&located);
-        let count = if located.dimensions.is_empty() && located.index == Index::None {
-            0
-        } else {
-            total.max(whole).saturating_sub(first)
+        let count = match (located.dimensions.is_empty(), &located.index) {
+            (true, Index::None) => 0,
+            // An array of one plain element is a plain tag.
+            _ if total == 0 => 0,
+            (false, Index::Fixed(_)) => whole,
+            _ => total.saturating_sub(first).min(located.within()),
         };
         let place = located.place();
-        Ok(ArrayPart { array, field: behind.to_owned(), first, count, kind: located.kind, place })
+        let is_member = !located.path.is_empty();
+        let (field, kind) = (behind.to_owned(), located.kind);
+        Ok(ArrayPart { array, field, first, count, kind, place, is_member })
     }
 
     /// SIZE: how many elements a dimension of an array has, which is a constant.
@@ -126,9 +143,8 @@ impl Translation<'_> {
         if from.kind != to.kind || from.kind.plain().is_none() {
             return Err("COP between different types: it copies bytes".to_owned());
         }
-        let room = |run: &ArrayPart| if run.is_array() { run.count } else { 1 };
-        let length = length.min(room(&to));
-        if length > room(&from) {
+        let length = to.fitting(length)?;
+        if length > from.room() {
             return Err("COP beyond the end of its source".to_owned());
         }
         self.prescan.other(&to.place);
@@ -144,43 +160,15 @@ impl Translation<'_> {
         Ok(())
     }
 
-    /// COP of one structure; `None` if the operands are none.
-    fn copy_structure(
-        &mut self,
-        instruction: &RllInstruction,
-        when: &Terms,
-        length: u32,
-    ) -> Option<Result<(), String>> {
-        let from = self.read(instruction.operands.first()?, &Kind::Dint).ok()?;
-        let to = self.written(instruction.operands.get(1)?, &Kind::Dint).ok()?;
-        let Kind::Struct(kind) = &to.kind else { return None };
-        if from.kind != to.kind || length != 1 {
-            return Some(Err("COP of structures of different types, or of several".to_owned()));
-        }
-        let structure = self.memory.types.structure(kind)?;
-        if !structure.members.iter().all(|member| member.is_field()) {
-            return Some(Err("COP of a structure with arrays or structures in it".to_owned()));
-        }
-        if !from.dimensions.is_empty() || !to.dimensions.is_empty() {
-            return Some(Err("COP of a whole array of structures".to_owned()));
-        }
-        if matches!(&from.index, Index::Moving(text) if text.contains(' '))
-            || matches!(&to.index, Index::Moving(text) if text.contains(' '))
-        {
-            return Some(Err("COP of a structure with a computed index".to_owned()));
-        }
-        let text = format!("COPY {} to={}", from.text, to.text);
-        self.prescan.other(&to.place());
-        self.push(when.clone(), text, vec![TouchedPlace::of(&to.text)]);
-        Some(Ok(()))
-    }
-
     /// FLL: one value into several elements.
     fn fill(&mut self, instruction: &RllInstruction, when: &Terms) -> Result<(), String> {
+        let length = fixed(operand(instruction, 2)?)?;
+        if let Some(result) = self.clear_structure(instruction, when, length) {
+            return result;
+        }
         let value = LogixFormula::of(&self.value(operand(instruction, 0)?)?)?;
         let to = self.run(operand(instruction, 1)?)?;
-        let length = fixed(operand(instruction, 2)?)?;
-        let length = length.min(if to.is_array() { to.count } else { 1 });
+        let length = to.fitting(length)?;
         let is_constant = value.reads.is_empty();
         let is_same = value.bits == to.kind.bits().unwrap_or(32) && to.kind == Kind::Dint;
         let fits = match (&to.kind, value.text.parse::<i64>()) {

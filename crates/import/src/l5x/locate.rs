@@ -52,6 +52,8 @@ pub(crate) struct LocatedOperand {
     /// The variable, and the members' names with dots.
     pub(crate) variable: usize,
     pub(crate) path: String,
+    /// The numbers of elements of all arrays that have an index.
+    pub(crate) passed: Vec<u32>,
 }
 
 /// A bit of a word.
@@ -67,6 +69,17 @@ impl LocatedOperand {
     /// The place itself.
     pub(crate) fn place(&self) -> TouchedPlace {
         self.reads[0].clone()
+    }
+
+    /// How many elements lie from it to the end of the innermost array of a member; without limit
+    /// for the elements of a tag.
+    pub(crate) fn within(&self) -> u32 {
+        match (&self.index, self.passed.last()) {
+            (Index::Fixed(at), Some(size)) if !self.path.is_empty() && *size > 0 => {
+                size - at % size
+            }
+            _ => u32::MAX,
+        }
     }
 }
 
@@ -376,6 +389,7 @@ impl LogixMemory {
             word: None,
             variable: walk.variable,
             path: walk.path,
+            passed: walk.passed,
         })
     }
 

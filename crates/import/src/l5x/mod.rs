@@ -26,6 +26,8 @@ mod prescan;
 mod project;
 mod rll;
 mod routine;
+mod structures;
+mod system_values;
 mod tasks;
 mod texts;
 mod translate;

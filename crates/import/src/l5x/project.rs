@@ -8,7 +8,7 @@ use super::own_instruction::{own_instruction, shared};
 use super::prescan::Prescan;
 use super::rll;
 use super::routine::{RoutineText, RoutineWork, translated};
-use super::tasks::{ProgramTurn, TaskProgram, plan};
+use super::tasks::{ProgramTurn, TaskProgram, filled_tasks, plan};
 use super::translate::BlockNature;
 use super::undeclared::{ScopedProgram, demand};
 use crate::model::{
@@ -32,7 +32,8 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
         open: plan.open.clone(),
         ..Outcome::default()
     };
-    let mut calls = CallBook { shared: shared(file), ..CallBook::default() };
+    let mut calls =
+        CallBook { shared: shared(file), tasks: filled_tasks(file), ..CallBook::default() };
     let mut controller = LadderFile {
         name: "controller-tags".to_owned(),
         doc: format!("Tags of the controller {}. {}", file.name, file.doc),

@@ -11,6 +11,7 @@ use super::document::{RoutineDefinition, RungDefinition};
 use super::memory::LogixMemory;
 use super::prescan::Prescan;
 use super::rll::{self, RllNode, Series};
+use super::texts::{SEARCH, is_text_search};
 use super::translate::{BlockNature, Terms, Translation};
 use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::{
@@ -65,12 +66,14 @@ pub(crate) fn translated(work: &mut RoutineWork<'_>, text: RoutineText<'_>) -> T
         work,
         text,
         labels,
+        searches: Vec::new(),
         zone: None,
         zones: 0,
         segments: Vec::new(),
         driven: HashSet::new(),
         done: TranslatedRoutine::default(),
     };
+    writer.searches = writer.text_searches(&parsed);
     for (number, rung) in parsed.iter().enumerate() {
         writer.rung(number, rung);
     }
@@ -163,6 +166,8 @@ struct RoutineWriter<'w, 'm> {
     work: &'w mut RoutineWork<'m>,
     text: RoutineText<'w>,
     labels: Vec<JumpLabel>,
+    /// The numbers of the rungs that only look for a text.
+    searches: Vec<usize>,
     /// The bit of the zone of MCR that the rungs are in.
     zone: Option<String>,
     zones: usize,
@@ -181,6 +186,20 @@ struct JumpedSegment {
 }
 
 impl RoutineWriter<'_, '_> {
+    /// The rungs of an Add-On Instruction that only look for a text.
+    fn text_searches(&self, rungs: &[ParsedRung<'_>]) -> Vec<usize> {
+        if self.text.nature != BlockNature::ProjectTemplate {
+            return Vec::new();
+        }
+        let all: Vec<&[RllNode]> =
+            rungs.iter().filter_map(|rung| rung.series.as_deref().ok()).collect();
+        let is_it = |rung: &ParsedRung<'_>| {
+            let series = rung.series.as_deref();
+            series.is_ok_and(|own| is_text_search(self.work.memory, self.work.scope, own, &all))
+        };
+        (0..rungs.len()).filter(|number| is_it(&rungs[*number])).collect()
+    }
+
     fn rung(&mut self, number: usize, rung: &ParsedRung<'_>) {
         let active =
             |label: &JumpLabel| label.at > number && label.jumps.iter().any(|jump| *jump < number);
@@ -246,6 +265,11 @@ impl RoutineWriter<'_, '_> {
     fn edited(&mut self, number: usize, source: RungSource<'_>) -> Result<TranslatedRung, String> {
         let rung = &self.text.routine.rungs[number];
         match rung.state.as_str() {
+            _ if self.searches.contains(&number) => {
+                let differences = BTreeSet::from([SEARCH.to_owned()]);
+                let rungs = self.comment(number, source.comment, true);
+                Ok(TranslatedRung { rungs, differences })
+            }
             "I" | "IR" => {
                 let text = format!("{}\n{NOT_YET}: {}", source.comment, rung.text.trim());
                 let differences = BTreeSet::from([NOT_YET.to_owned()]);

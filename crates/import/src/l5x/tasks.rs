@@ -1,5 +1,7 @@
 //! Tasks of Logix, which interrupt each other, in the one scan of rungd.
 
+use std::collections::HashSet;
+
 use super::document::{L5xFile, TaskDefinition};
 
 /// The scan period where the file gives none, in ms.
@@ -70,6 +72,14 @@ pub(crate) fn plan(file: &L5xFile) -> Plan {
     }
     unplanned(file, &mut plan);
     plan
+}
+
+/// The tasks that have programs in the file, in small letters.
+pub(crate) fn filled_tasks(file: &L5xFile) -> HashSet<String> {
+    let is_here =
+        |name: &String| file.programs.iter().any(|program| program.name.eq_ignore_ascii_case(name));
+    let filled = file.tasks.iter().filter(|task| task.programs.iter().any(is_here));
+    filled.map(|task| task.name.to_lowercase()).collect()
 }
 
 /// The programs that no task names.

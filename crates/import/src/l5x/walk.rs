@@ -1,15 +1,16 @@
 //! The walk along a rung, from left to right, with the condition so far.
 //!
 //! Called by `routine` for each rung. What an instruction means is in `contacts`, `coils`,
-//! `numbers`, `files` and `calls`.
+//! `numbers`, `files`, `system_values` and `calls`.
 
+use super::contacts::is_contact;
 use super::rll::{RllInstruction, RllNode};
 use super::translate::{BitWrite, Terms, Translation, contact_on, operand};
 use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::Term;
 
 impl Translation<'_> {
-    /// The steps of a series, and the condition behind it. `is_used`: something stands behind it.
+    /// The steps of a series, and the condition behind it. `is_used`: something behind it acts by it.
     ///
     /// # Errors
     /// The reason why the rung cannot be translated.
@@ -20,8 +21,11 @@ impl Translation<'_> {
         is_used: bool,
     ) -> Result<Terms, String> {
         for (at, node) in nodes.iter().enumerate() {
-            let is_used = is_used || at + 1 < nodes.len();
+            let is_used = is_used || nodes[at + 1..].iter().any(acts);
             when = match node {
+                RllNode::RllInstruction(contact) if !is_used && !acts(node) => {
+                    self.idle_contact(contact, when)
+                }
                 RllNode::RllInstruction(instruction) => self.instruction(instruction, when)?,
                 RllNode::Branches(branches) => self.branches(branches, when, is_used)?,
             };
@@ -36,7 +40,7 @@ impl Translation<'_> {
         is_used: bool,
     ) -> Result<Terms, String> {
         let begun = self.steps.len();
-        let parts = self.each_branch(branches, &when, false)?;
+        let parts = self.each_branch(branches, &when, BranchUse { is_used, keeps: false })?;
         let now = self.steps.len();
         let is_changed = |term: &Term| {
             let between = &self.steps[term.at.min(now)..now];
@@ -46,7 +50,7 @@ impl Translation<'_> {
             false => parts,
             true => {
                 self.steps.truncate(begun);
-                self.each_branch(branches, &when, true)?
+                self.each_branch(branches, &when, BranchUse { is_used, keeps: true })?
             }
         };
         let conditions = parts
@@ -60,19 +64,18 @@ impl Translation<'_> {
         Ok(when)
     }
 
-    /// The terms that each branch adds. `keeps`: each puts its condition into a bit at its end,
-    /// because a later branch changes it.
+    /// The terms that each branch adds.
     fn each_branch(
         &mut self,
         branches: &[Vec<RllNode>],
         when: &Terms,
-        keeps: bool,
+        branch_use: BranchUse,
     ) -> Result<Vec<Terms>, String> {
         let mut parts = Vec::new();
         for branch in branches {
-            let terms = self.series(branch, when.clone(), true)?;
+            let terms = self.series(branch, when.clone(), branch_use.is_used)?;
             let mut own = terms[when.len()..].to_vec();
-            if keeps && !own.is_empty() {
+            if branch_use.keeps && !own.is_empty() {
                 let bit = self.own_tag("branch", "bit");
                 let place = TouchedPlace::of(&bit);
                 self.push(own, format!("OUT {bit}"), vec![place]);
@@ -82,6 +85,14 @@ impl Translation<'_> {
             parts.push(own);
         }
         Ok(parts)
+    }
+
+    /// A contact or NOP by which nothing acts: whatever it names, a text too, changes nothing.
+    fn idle_contact(&mut self, contact: &RllInstruction, when: Terms) -> Terms {
+        let begun = self.steps.len();
+        let behind = self.instruction(contact, when.clone());
+        self.steps.truncate(begun);
+        behind.unwrap_or(when)
     }
 
     /// The condition behind an instruction.
@@ -106,6 +117,7 @@ impl Translation<'_> {
                 self.file(instruction, &when)?;
             }
             "JSR" | "SBR" | "RET" | "TND" | "JMP" | "LBL" => self.call(instruction, &when)?,
+            "GSV" | "SSV" | "EVENT" => self.system_value(instruction, &when)?,
             "MCR" => return Err("MCR beside other instructions".to_owned()),
             name if self.number(name, instruction, &when)? => {}
             name => match self.calls.is_own_instruction(name) {
@@ -126,5 +138,22 @@ impl Translation<'_> {
         behind.push(Term { condition: contact_on(&storage).opposite(), at });
         self.write_bit(&storage, when, BitWrite::Follow)?;
         Ok(behind)
+    }
+}
+
+/// What becomes of the conditions of branches.
+#[derive(Clone, Copy)]
+struct BranchUse {
+    /// Whether something behind the branches acts by them.
+    is_used: bool,
+    /// Whether each branch puts its condition into a bit at its end, because a later one changes it.
+    keeps: bool,
+}
+
+/// Whether a part of a rung does something, other than contacts and NOP.
+fn acts(node: &RllNode) -> bool {
+    match node {
+        RllNode::RllInstruction(one) => !is_contact(&one.name) && one.name != "NOP",
+        RllNode::Branches(branches) => branches.iter().flatten().any(acts),
     }
 }

@@ -144,6 +144,22 @@ fn a_zone_of_mcr_without_power_turns_coils_off_and_resets_timers() {
 }
 
 #[test]
+fn a_compare_by_which_nothing_acts_is_exact_whatever_it_compares() {
+    let tags = ["a: BOOL", "b: BOOL", "s: STRING", "t: STRING"];
+    for rung in ["XIC(a)[OTE(b) ,EQU(s,t) NOP() ];", "XIC(a)EQU(s,t)NOP();", "[EQU(s,t) ,XIC(a) ];"]
+    {
+        assert_eq!(fate(&tags, rung), Fate::Exact, "{rung}");
+    }
+    let no_texts = Fate::Todo("`s`: rungd has no texts".to_owned());
+    for rung in ["XIC(a)[OTE(b) ,EQU(s,t) ]OTE(b);", "EQU(s,t)[NOP() ,OTE(b) ];"] {
+        assert_eq!(fate(&tags, rung), no_texts, "{rung}");
+    }
+    let rungs = ["XIC(on)[OTE(b) ,EQU(s,t) NOP() ];"];
+    let lines = trace(&["on: BOOL", "b: BOOL", "s: STRING", "t: STRING"], &rungs, &[0, 1], &["b"]);
+    assert_eq!(lines, ["0", "1"]);
+}
+
+#[test]
 fn what_rungd_cannot_say_gets_a_stub_with_the_reason() {
     for (rung, reason) in [
         ("XIC(a)MSG(m);", "the instruction MSG"),

@@ -9,6 +9,8 @@ mod generator;
 mod hostile;
 mod interpreter;
 mod rung_text;
+mod structures;
+mod system_values;
 mod undeclared;
 mod values;
 

@@ -98,7 +98,8 @@ fn a_moving_index_of_what_is_not_declared_gets_a_stub() {
 #[test]
 fn what_only_makes_a_text_is_left_out_and_what_reads_one_gets_a_stub() {
     let tags = "<Tag Name=\"s\" DataType=\"STRING\"/><Tag Name=\"r\" DataType=\"REAL\"/>";
-    let made = project(tags, &rungs(&["XIC(on)RTOS(r,s)OTE(on);", "MOV('up',s);", "EQU(s,s);"]));
+    let made =
+        project(tags, &rungs(&["XIC(on)RTOS(r,s)OTE(on);", "MOV('up',s);", "EQU(s,s)OTE(on);"]));
     let left_out = "a text is not made: rungd has no texts, and nothing in the project reads it";
     let reads = Fate::Todo("`s`: rungd has no texts".to_owned());
     assert_eq!(fates(&made), [&different(left_out), &different(left_out), &reads]);
