@@ -1,7 +1,9 @@
-//! COP of structures, and FLL that clears them: a record for the members without parts, and a copy for every other member.
+//! COP of structures, and FLL that clears them: a copy of the record of the members without parts,
+//! and one of every other member.
 //!
-//! Called by `files` for COP, CPS and FLL. A structure of Logix lies in several tags (`memory`), each of
-//! which is one array over all elements on the way; so a run of structures is a run in each of them.
+//! Called by `files` for COP, CPS and FLL. A structure of Logix lies in several tags (`memory`),
+//! each of which is one array over all elements on the way; so a run of structures is a run in each
+//! of them.
 
 use super::locate::{Index, LocatedOperand};
 use super::memory::PartType;

@@ -1,8 +1,8 @@
 //! What a controller of Logix tells of itself, and is told: GSV, SSV, EVENT.
 //!
-//! Called by `walk`. The local time of day is rungd's own. Any other attribute, such as the state of
-//! a module, exists in the original's controller alone: the tag is left to whoever brings it, which
-//! is a named difference that says what the program sees.
+//! Called by `walk`. The local time of day is rungd's own. Any other attribute, such as the state
+//! of a module, exists in the original's controller alone: the tag is left to whoever brings it,
+//! which is a named difference that says what the program sees.
 
 use super::formula::LogixFormula;
 use super::path::{self, PathPart};

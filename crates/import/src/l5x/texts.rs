@@ -1,7 +1,8 @@
 //! Instructions that make texts: rungd has none, so they are left out, which is a named difference.
 //!
-//! Asked by `walk` for each instruction, and by `routine` for each search. Nothing that is translated can tell: what reads a text (a
-//! compare, a conversion, its length, a copy of its bytes) is no part of the project either.
+//! Asked by `walk` for each instruction, and by `routine` for each search. Nothing that is
+//! translated can tell: what reads a text (a compare, a conversion, its length, a copy of its
+//! bytes) is no part of the project either.
 
 use super::memory::LogixMemory;
 use super::path::{self, PathPart};

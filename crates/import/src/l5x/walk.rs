@@ -10,7 +10,8 @@ use crate::condition::{RungCondition, TouchedPlace};
 use crate::model::Term;
 
 impl Translation<'_> {
-    /// The steps of a series, and the condition behind it. `is_used`: something behind it acts by it.
+    /// The steps of a series, and the condition behind it. `is_used`: something behind it acts by
+    /// it.
     ///
     /// # Errors
     /// The reason why the rung cannot be translated.
@@ -146,7 +147,7 @@ impl Translation<'_> {
 struct BranchUse {
     /// Whether something behind the branches acts by them.
     is_used: bool,
-    /// Whether each branch puts its condition into a bit at its end, because a later one changes it.
+    /// Whether each branch puts its condition into a bit at its end: a later one changes it.
     keeps: bool,
 }
 

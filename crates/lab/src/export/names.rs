@@ -6,14 +6,16 @@ use std::collections::{HashMap, HashSet};
 /// Longest name that is given.
 const LENGTH_MAX: usize = 100;
 
-/// The words of the standard that are no names, and its functions and blocks.
+/// The words of the standard that are no names, its functions and blocks, and the blocks of its
+/// examples, which MatIEC has in its library.
 const WORDS: &str = " \
     abs action acos add and any array asin at atan atan2 bit bool by byte case concat \
-    configuration constant continue cos ctd ctu ctud date date_and_time delete derived \
+    configuration constant continue cos ctd ctu ctud date date_and_time delete derivative derived \
     dint div do dt dword else elsif end en end_if eno eq exit exp expt f_edge f_trig false \
-    find for from function function_block ge gt if initial_step insert int interval \
+    find for from function function_block ge gt hysteresis \
+    if initial_step insert int integral interval \
     jmp lbl le left len limit lint ln log lreal lt lword max mid min mod move mul mux ne \
-    nil non_retain not of on or pointer priority program r_edge r_trig read_only \
+    nil non_retain not of on or pid pointer priority program r_edge r_trig ramp read_only \
     read_write real ref repeat replace resource ret retain return right rol ror rs rtc sel \
     sema shl shr sin single sint sqrt sr step string struct sub super tan task then this \
     time time_of_day to tod tof ton tp trunc transition true type udint uint ulint until \
@@ -75,6 +77,8 @@ mod tests {
             ("recipe[3].target", "recipe_3_target"),
             ("step", "step_tag"),
             ("On", "On_tag"),
+            ("ramp", "ramp_tag"),
+            ("Hysteresis", "Hysteresis_tag"),
             ("$Hour", "Hour"),
             ("a__b_", "a_b"),
             ("3rd", "tag_3rd"),
