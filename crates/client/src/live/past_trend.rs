@@ -23,8 +23,7 @@ use rungd_runtime::TapeSection;
 /// The most sections that are executed at once; one is about a second.
 const SECTIONS_MAX: usize = 60;
 
-/// Two gaps of one mode with less between them are one: a section of a stop ends before the next
-/// one begins.
+/// A stop goes on over less than this: its sections end before the next one begins.
 const JOIN_NS: i64 = 3_000_000_000;
 
 /// The values of an operand in a part of the past.
@@ -124,7 +123,7 @@ impl TrendPast {
             }
             let end_ns = recording.head(last).end_ns;
             match found {
-                Some(found) => piece.add(found),
+                Some(found) => piece.add(found, if is_next { begin_ns } else { i64::MIN }),
                 None => piece.gaps.push(PastGap { from_ns: begin_ns, to_ns: end_ns, mode: None }),
             }
             told_ns = told_ns.max(end_ns);
@@ -203,17 +202,21 @@ impl PastPiece {
         PastPiece { values, gaps: trend.gaps.into_iter().map(gap).collect() }
     }
 
-    /// Adds what follows at once: a stop that goes on is one gap.
-    fn add(&mut self, next: PastPiece) {
+    /// Adds what follows. A stop that stands at its beginning, and did so at the end before it, is
+    /// one gap. `begin_ns`: its beginning, if nothing lies between.
+    fn add(&mut self, next: PastPiece, begin_ns: i64) {
         self.values.extend(next.values);
-        for gap in next.gaps {
-            match self.gaps.last_mut() {
-                Some(last) if last.mode == gap.mode && gap.from_ns - last.to_ns < JOIN_NS => {
-                    last.to_ns = last.to_ns.max(gap.to_ns);
-                }
-                Some(_) | None => self.gaps.push(gap),
-            }
+        let mut gaps = next.gaps.into_iter().peekable();
+        let end = self.gaps.last_mut();
+        if let (Some(last), Some(first)) = (end, gaps.peek())
+            && last.mode == first.mode
+            && first.from_ns <= begin_ns
+            && first.from_ns - last.to_ns < JOIN_NS
+        {
+            last.to_ns = last.to_ns.max(first.to_ns);
+            gaps.next();
         }
+        self.gaps.extend(gaps);
     }
 }
 
