@@ -43,6 +43,8 @@ pub enum PlantReport {
     Program(Arc<ShownTree>, Vec<i32>, LogPosition),
     /// Cells changed.
     Changes(Vec<LoggedChange>),
+    /// What changed until this position is not known: the log continues there.
+    Gap(LogPosition),
     /// The controller answers, and its log is read up to this position.
     Present(LogPosition),
     /// Its status and its alarms.
@@ -94,6 +96,16 @@ impl PlantController {
             return Err((StatusCode::BadNoCommunication, why));
         };
         rights.judge(&user.0, writes).map_err(|why| (StatusCode::BadUserAccessDenied, why))
+    }
+
+    /// Judges writes that have no reason.
+    ///
+    /// # Errors
+    /// One of them wants one.
+    pub fn judge_without_reason(&self, writes: &[GivenWrite]) -> Result<(), NotDone> {
+        let rights = locked(&self.rights);
+        let judged = rights.as_ref().map_or(Ok(()), |rights| rights.judge_without_reason(writes));
+        judged.map_err(|why| (StatusCode::BadNotWritable, why))
     }
 
     /// Sends a request of a client.
@@ -211,14 +223,21 @@ impl PlantThread {
                 LogEvent::Begins { program, values, at } => {
                     self.send(PlantReport::Changes(std::mem::take(&mut changes)))?;
                     let playable = &program.playable;
-                    *locked(&self.followed.rights) = Some(PlantRights::of(playable));
                     let inputs = inputs_of_devices(playable);
-                    let tree = tree(&self.settings, &playable.program, &playable.symbols, &inputs);
+                    let mut tree =
+                        tree(&self.settings, &playable.program, &playable.symbols, &inputs);
+                    let rights = PlantRights::of(playable);
+                    rights.mark(&mut tree);
+                    *locked(&self.followed.rights) = Some(rights);
                     let shown = Arc::new(ShownTree::new(tree));
                     self.send(PlantReport::Program(shown, values, at))?;
                 }
-                // Nobody subscribes to what passed before the jump; the history has it.
-                LogEvent::Jumped { .. } | LogEvent::Missing(_) => {}
+                LogEvent::Jumped { to, .. } => {
+                    self.send(PlantReport::Changes(std::mem::take(&mut changes)))?;
+                    self.send(PlantReport::Gap(to))?;
+                }
+                // Of a reader of the past alone.
+                LogEvent::Missing(_) => {}
             }
         }
         self.send(PlantReport::Changes(changes))?;

@@ -204,7 +204,46 @@ async fn pipe(
 
 #[cfg(test)]
 mod tests {
+    use std::pin::Pin;
+    use std::task::{Context, Poll};
+
+    use tokio::io::ReadBuf;
+
     use super::*;
+
+    #[tokio::test]
+    async fn a_connection_whose_other_end_is_gone_ends_after_two_minutes() {
+        let listener = TcpListener::bind(inner_address()).await.expect("a port");
+        let address = listener.local_addr().expect("its address");
+        let (client, accepted) = tokio::join!(TcpStream::connect(address), listener.accept());
+        let (_client, accepted) = (client.expect("a client"), accepted.expect("a connection").0);
+        end_if_gone(&accepted).expect("the system takes the times");
+        assert!(sockopt::socket_keepalive(&accepted).expect("an option"));
+        // What the documentation says: asked after each 30 s of silence, gone after two minutes.
+        let second = Duration::from_secs(1);
+        assert_eq!(sockopt::tcp_keepidle(&accepted).expect("an option"), 30 * second);
+        assert_eq!(sockopt::tcp_keepintvl(&accepted).expect("an option"), 30 * second);
+        assert_eq!(sockopt::tcp_user_timeout(&accepted).expect("an option"), 120_000);
+    }
+
+    /// The end of a connection that the system has given up.
+    struct GivenUp;
+
+    impl AsyncRead for GivenUp {
+        fn poll_read(
+            self: Pin<&mut GivenUp>,
+            _: &mut Context<'_>,
+            _: &mut ReadBuf<'_>,
+        ) -> Poll<std::io::Result<()>> {
+            Poll::Ready(Err(std::io::ErrorKind::TimedOut.into()))
+        }
+    }
+
+    #[tokio::test]
+    async fn a_connection_that_the_system_gives_up_gives_its_place_back() {
+        let gave_up = pipe(GivenUp, tokio::io::sink(), |_| Ok(())).await;
+        assert_eq!(gave_up, Ok(()), "it ends without a line: nobody did anything wrong");
+    }
 
     #[test]
     fn each_address_has_places_of_its_own_and_an_ipv6_network_those_of_one() {

@@ -25,6 +25,7 @@ pub mod journal;
 mod manager;
 mod pages;
 mod publish;
+mod reasons;
 mod rights;
 pub mod server;
 mod shelving;

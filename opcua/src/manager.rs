@@ -10,7 +10,9 @@ use opcua::server::diagnostics::NamespaceMetadata;
 use opcua::server::node_manager::memory::{
     InMemoryNodeManager, InMemoryNodeManagerImpl, InMemoryNodeManagerImplBuilder,
 };
-use opcua::server::node_manager::{HistoryNode, RequestContext, ServerContext, WriteNode};
+use opcua::server::node_manager::{
+    HistoryNode, MethodCall, RequestContext, ServerContext, WriteNode,
+};
 use opcua::sync::RwLock;
 use opcua::types::{
     AttributeId, Identifier, NodeId, NumericRange, ReadProcessedDetails, ReadRawModifiedDetails,
@@ -19,9 +21,10 @@ use opcua::types::{
 use rungd_client::operator::protocol::{ChangedOperands, GivenWrite, Request};
 use rungd_fleet::opcua::OpcUaSettings;
 
-use crate::follow::PlantController;
+use crate::follow::{NotDone, PlantController};
 use crate::history::HistoryReader;
 use crate::journal::{ClientLine, ServerLines};
+use crate::reasons::{ReasonedWrite, WRITE_WITH_REASON, add_method};
 use crate::shown::ShownTree;
 use crate::space::add_frame;
 use crate::status::add_status;
@@ -55,6 +58,7 @@ impl InMemoryNodeManagerImplBuilder for PlantManagerBuilder {
         space.add_namespace(&uri, namespace);
         add_frame(space, namespace, &self.settings.name);
         add_status(space, namespace);
+        add_method(space, namespace);
         let PlantManagerBuilder { settings, followed, lines } = self;
         let history = HistoryReader::new(&settings, followed.clone(), lines.clone());
         let shown = StdRwLock::default();
@@ -95,57 +99,109 @@ impl PlantManager {
         self.shown.read().map(|shown| Arc::clone(&shown)).unwrap_or_default()
     }
 
-    /// The writes of the controller for a client's write.
+    /// The writes of the controller for a value of a node, or of a part of an array.
     ///
     /// # Errors
     /// The status of the answer.
-    fn writes(&self, write: &WriteNode) -> Result<Vec<GivenWrite>, StatusCode> {
-        let asked = write.value();
-        let id = text_id(&asked.node_id).ok_or(StatusCode::BadNodeIdUnknown)?;
+    fn writes(
+        &self,
+        id: &str,
+        range: &NumericRange,
+        value: &Variant,
+    ) -> Result<Vec<GivenWrite>, StatusCode> {
         let shown = self.shown();
         let node = shown.node(id).ok_or(StatusCode::BadNodeIdUnknown)?;
         let variable = node.variable.as_ref().ok_or(StatusCode::BadNotWritable)?;
-        if !variable.may_write || asked.attribute_id != AttributeId::Value {
+        if !variable.may_write {
             return Err(StatusCode::BadNotWritable);
         }
-        let value = asked.value.value.as_ref().ok_or(StatusCode::BadTypeMismatch)?;
         if !variable.is_array {
-            if asked.index_range != NumericRange::None {
+            if *range != NumericRange::None {
                 return Err(StatusCode::BadIndexRangeNoData);
             }
             let value = given(variable.tag_type, value).ok_or(StatusCode::BadTypeMismatch)?;
             return Ok(vec![GivenWrite { operand: id.to_owned(), value }]);
         }
-        array_writes(id, variable, value, &asked.index_range)
+        array_writes(id, variable, value, range)
+    }
+
+    /// Carries out a plain write. Returns the status of the answer.
+    async fn write_plain(
+        &self,
+        write: &WriteNode,
+        context: &RequestContext,
+        space: &RwLock<AddressSpace>,
+    ) -> StatusCode {
+        let asked = write.value();
+        let Some(id) = text_id(&asked.node_id) else { return StatusCode::BadNodeIdUnknown };
+        let writes = match (asked.attribute_id, &asked.value.value) {
+            (AttributeId::Value, Some(value)) => self.writes(id, &asked.index_range, value),
+            (AttributeId::Value, None) => Err(StatusCode::BadTypeMismatch),
+            (_, _) => Err(StatusCode::BadNotWritable),
+        };
+        let writes = match writes {
+            Ok(writes) => writes,
+            Err(status) => return status,
+        };
+        // The node says that it is not writable, but not why: the line does.
+        if let Err(refusal) = self.followed.judge_without_reason(&writes) {
+            return self.told(&write_words(&writes, context), Err(refusal));
+        }
+        let judged = {
+            let mut space = space.write();
+            let types = context.type_tree.read();
+            space.validate_node_write(context, asked, &*types).map(|_| ())
+        };
+        match judged {
+            Ok(()) => self.write_in_controller(writes, None, context).await,
+            Err(status) => status,
+        }
+    }
+
+    /// Carries out a write with a reason.
+    async fn write_with_reason(&self, call: &mut MethodCall, context: &RequestContext) {
+        let wanted = match ReasonedWrite::of(call.arguments()) {
+            Ok(wanted) => wanted,
+            Err(results) => {
+                let why = "the tag is text, and the reason one line of at most 200 characters";
+                let refused = Err((StatusCode::BadInvalidArgument, why.to_owned()));
+                self.told(&format!("{} writes with a reason", user(context)), refused);
+                return call.set_argument_error(results);
+            }
+        };
+        let status = match self.writes(&wanted.id, &wanted.range, &wanted.value) {
+            Ok(writes) => self.write_in_controller(writes, Some(wanted.reason), context).await,
+            Err(status) => status,
+        };
+        call.set_status(status);
     }
 
     /// Has the controller carry out writes, all in one scan. Returns the status of the answer.
     async fn write_in_controller(
         &self,
         writes: Vec<GivenWrite>,
+        reason: Option<String>,
         context: &RequestContext,
     ) -> StatusCode {
-        let user = user(context);
-        let operands: Vec<&str> = writes.iter().map(|write| write.operand.as_str()).collect();
-        let what = match &operands[..] {
-            [one] => format!("{user} writes {one}"),
-            [first, .., last] => format!("{user} writes {first} to {last}"),
-            [] => return StatusCode::BadNothingToDo,
-        };
+        let mut what = write_words(&writes, context);
+        if let Some(reason) = &reason {
+            what += &format!(" ({reason})");
+        }
         let judged = self.followed.judge(&context.token, &writes);
-        let request = Request::WriteSet {
-            writes,
-            for_user: Some(user.to_owned()),
-            from_page: false,
-            reason: None,
-        };
+        let for_user = Some(user(context).to_owned());
+        let request = Request::WriteSet { writes, for_user, from_page: false, reason };
         let done = match judged {
             Ok(()) => self.followed.ask::<ChangedOperands>(request).await.map(|_| ()),
             Err(refusal) => Err(refusal),
         };
+        self.told(&what, done)
+    }
+
+    /// Tells what came of a write. Returns the status of the answer.
+    fn told(&self, what: &str, done: Result<(), NotDone>) -> StatusCode {
         match done {
             Ok(()) => {
-                self.lines.say(ClientLine::Write, &what);
+                self.lines.say(ClientLine::Write, what);
                 StatusCode::Good
             }
             Err((status, why)) => {
@@ -153,6 +209,16 @@ impl PlantManager {
                 status
             }
         }
+    }
+}
+
+/// What writes do, for a line: of an array its first and its last element.
+fn write_words(writes: &[GivenWrite], context: &RequestContext) -> String {
+    let user = user(context);
+    match writes {
+        [] => format!("{user} writes nothing"),
+        [one] => format!("{user} writes {}", one.operand),
+        [first, .., last] => format!("{user} writes {} to {}", first.operand, last.operand),
     }
 }
 
@@ -222,17 +288,23 @@ impl InMemoryNodeManagerImpl for PlantManager {
         nodes: &mut [&mut WriteNode],
     ) -> Result<(), StatusCode> {
         for write in nodes.iter_mut() {
-            let judged = {
-                let mut space = space.write();
-                let types = context.type_tree.read();
-                space.validate_node_write(context, write.value(), &*types).map(|_| ())
-            };
-            let writes = judged.and_then(|()| self.writes(write));
-            let status = match writes {
-                Ok(writes) => self.write_in_controller(writes, context).await,
-                Err(status) => status,
-            };
+            let status = self.write_plain(write, context, space).await;
             write.set_status(status);
+        }
+        Ok(())
+    }
+
+    async fn call(
+        &self,
+        context: &RequestContext,
+        _: &RwLock<AddressSpace>,
+        calls: &mut [&mut &mut MethodCall],
+    ) -> Result<(), StatusCode> {
+        for call in calls.iter_mut() {
+            match text_id(call.method_id()) {
+                Some(WRITE_WITH_REASON) => self.write_with_reason(call, context).await,
+                Some(_) | None => call.set_status(StatusCode::BadMethodInvalid),
+            }
         }
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Puts what the controller reports into the address space, and tells the subscriptions: every
 //! change with the time of its scan, a lost device as an uncertain value, a controller that does
-//! not answer as a bad one.
+//! not answer as a bad one. After a gap of the scan log each value is told once more, with the
+//! overflow bit: values before it may be missing.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -47,7 +48,18 @@ pub struct Publisher {
     status: Vec<(NodeId, Variant)>,
     /// The status of each value that was set.
     statuses: HashMap<NodeId, StatusCode>,
+    /// Where the log continues after a gap that is not told yet.
+    gap: Option<LogPosition>,
     alarms: ConditionBook,
+}
+
+/// How values are told to the subscriptions.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Telling {
+    /// Those that changed.
+    Changes,
+    /// All, with the overflow bit.
+    AfterGap,
 }
 
 /// A new value of a node.
@@ -72,6 +84,7 @@ impl Publisher {
             answers: false,
             status: Vec::new(),
             statuses: HashMap::new(),
+            gap: None,
             alarms,
         }
     }
@@ -81,6 +94,7 @@ impl Publisher {
         match report {
             PlantReport::Program(tree, contents, at) => self.begin(tree, contents, at),
             PlantReport::Changes(changes) => self.change(&changes),
+            PlantReport::Gap(at) => self.gap = Some(at),
             PlantReport::Present(at) => {
                 if !self.answers {
                     self.turn(true, time(at.unix_ns));
@@ -104,8 +118,7 @@ impl Publisher {
         self.nodes.inner().show(Arc::clone(&tree));
         self.stamps = vec![time(at.unix_ns); tree.tree.nodes.len()];
         (self.tree, self.contents) = (tree, contents);
-        let all: Vec<usize> = self.tree.variables().map(|(at, _)| at).collect();
-        self.show(&all);
+        self.show(&self.all(), Telling::Changes);
         if !changes.is_empty() {
             self.alarms.model_changed(changes, &self.handle);
         }
@@ -156,8 +169,25 @@ impl Publisher {
             for at in &moved {
                 self.stamps[*at] = stamp;
             }
-            self.show(&moved);
+            match self.gap.take_if(|_| self.answers) {
+                None => self.show(&moved, Telling::Changes),
+                Some(_) => self.show_all(stamp, Telling::AfterGap),
+            }
         }
+        if let Some(at) = self.gap.take_if(|_| self.answers) {
+            self.show_all(time(at.unix_ns), Telling::AfterGap);
+        }
+    }
+
+    /// All values, by the places of their nodes.
+    fn all(&self) -> Vec<usize> {
+        self.tree.variables().map(|(at, _)| at).collect()
+    }
+
+    /// Shows all values with this time.
+    fn show_all(&mut self, stamp: DateTime, telling: Telling) {
+        self.stamps.fill(stamp);
+        self.show(&self.all(), telling);
     }
 
     /// The controller answers again, or does no more.
@@ -165,14 +195,13 @@ impl Publisher {
         self.answers = answers;
         let (good, bad) = SERVICE_LEVELS;
         self.handle.set_service_level(if answers { good } else { bad });
-        self.stamps.fill(stamp);
-        let all: Vec<usize> = self.tree.variables().map(|(at, _)| at).collect();
-        self.show(&all);
+        let gap = self.gap.take_if(|_| answers);
+        self.show_all(stamp, gap.map_or(Telling::Changes, |_| Telling::AfterGap));
         if !answers {
             let bad = |(id, value): &(NodeId, Variant)| {
                 (id.clone(), stamped(value.clone(), StatusCode::BadNoCommunication, stamp))
             };
-            self.set(self.status.iter().map(bad).collect());
+            self.set(self.status.iter().map(bad).collect(), Telling::Changes);
         }
     }
 
@@ -182,12 +211,12 @@ impl Publisher {
         let good = |(id, value): &(NodeId, Variant)| {
             (id.clone(), stamped(value.clone(), StatusCode::Good, now))
         };
-        self.set(self.status.iter().map(good).collect());
+        self.set(self.status.iter().map(good).collect(), Telling::Changes);
         self.alarms.take(alarms, &self.handle);
     }
 
     /// Shows the values of nodes.
-    fn show(&mut self, places: &[usize]) {
+    fn show(&mut self, places: &[usize], telling: Telling) {
         let mut values: Vec<NodeValue> = Vec::with_capacity(places.len());
         for at in places {
             let Some(node) = self.tree.tree.nodes.get(*at) else { continue };
@@ -196,7 +225,7 @@ impl Publisher {
             values.push((node_id(self.namespace, &node.id), value));
             values.extend(self.as_text(node, variable, self.stamps[*at]));
         }
-        self.set(values);
+        self.set(values, telling);
     }
 
     /// The text of a value with texts.
@@ -250,9 +279,10 @@ impl Publisher {
     /// creates meanwhile begins with the old values or with the new ones.
     ///
     /// The library compares only the values of an item without a filter, so a status that changes
-    /// alone would never be told (by the standard it is). So such a value is told as missing first.
-    /// Without a source time the sampling interval lets both through.
-    fn set(&mut self, values: Vec<NodeValue>) {
+    /// alone would never be told (by the standard it is). So what is bad is told without its value,
+    /// and another status behind a missing value, which an item that had none yet is not told. So
+    /// is a value after a gap. Without a source time the sampling interval lets them through.
+    fn set(&mut self, values: Vec<NodeValue>, telling: Telling) {
         let mut space = self.nodes.address_space().write();
         let mut notifier = self.handle.subscriptions().data_notifier();
         for (id, value) in values {
@@ -265,10 +295,10 @@ impl Publisher {
                 }
             };
             if let Some(mut items) = notifier.notify_for(&id, AttributeId::Value) {
-                if turned {
+                if (turned || telling == Telling::AfterGap) && !status.is_bad() {
                     items.data_value(missing());
                 }
-                items.data_value(value.clone());
+                items.data_value(told(&value, telling));
             }
             // A node that is missing was removed by a reload in between.
             if let Some(NodeType::Variable(variable)) = space.find_mut(&id) {
@@ -276,6 +306,18 @@ impl Publisher {
             }
         }
     }
+}
+
+/// A value as the subscriptions are told it.
+fn told(value: &DataValue, telling: Telling) -> DataValue {
+    let (mut value, status) = (value.clone(), value.status());
+    if status.is_bad() {
+        (value.value, value.source_timestamp) = (None, None);
+    }
+    if telling == Telling::AfterGap {
+        value.status = Some(status.set_overflow(true));
+    }
+    value
 }
 
 /// No value, for the moment in which a status changes.

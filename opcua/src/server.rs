@@ -41,6 +41,16 @@ const POLICIES: [SecurityPolicy; 3] = [
 ];
 /// The longest message of a client, bytes, and the most pieces of it.
 const MESSAGE: (usize, usize) = (4 << 20, 512);
+/// The shortest publishing interval, ms.
+const PUBLISHING_MS_MIN: u64 = 50;
+/// The time between two looks for subscriptions whose interval is over, ms. Each interval lasts
+/// until the next look: with a rare look an interval of 100 ms was up to twice as long, and a
+/// client waited for a sign of life in vain.
+const PUBLISHING_LOOK_MS: u64 = 10;
+const _: () = assert!(PUBLISHING_LOOK_MS * 5 <= PUBLISHING_MS_MIN);
+/// How long a request to publish waits if the client names no time, which by the standard is
+/// without an end, ms.
+const PUBLISH_WAIT_MS: u64 = 24 * 60 * 60 * 1000;
 /// The time between two looks for withheld lines and old certificates.
 const HOUSEKEEPING: Duration = Duration::from_secs(2);
 /// The time for sessions to end.
@@ -192,6 +202,8 @@ fn made(
         .discovery_urls(vec![settings.url()])
         .build_info(build_info())
         .limits(limits(settings))
+        .subscription_poll_interval_ms(PUBLISHING_LOOK_MS)
+        .publish_timeout_default_ms(PUBLISH_WAIT_MS)
         .max_sessions(settings.sessions)
         .with_authenticator(Arc::new(users))
         .with_type_tree_getter(Arc::new(InheritingTypes))
@@ -242,7 +254,7 @@ fn limits(settings: &OpcUaSettings) -> Limits {
             max_subscriptions_per_session: 20,
             // Every change of a scan is told; a client with a longer interval asks for it.
             min_sampling_interval_ms: 0.0,
-            min_publishing_interval_ms: 50.0,
+            min_publishing_interval_ms: PUBLISHING_MS_MIN as f64,
             max_monitored_items_per_sub: 20_000,
             max_monitored_item_queue_size: 10_000,
             ..SubscriptionLimits::default()

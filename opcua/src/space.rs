@@ -69,7 +69,8 @@ pub fn add(space: &mut AddressSpace, namespace: u16, node: &PlantNode) {
             .insert(space);
         return;
     };
-    let access = match variable.may_write {
+    // What is written with a reason alone has a method for that, and no plain write.
+    let access = match variable.may_write && !variable.wants_reason {
         true => AccessLevel::CURRENT_READ | AccessLevel::HISTORY_READ | AccessLevel::CURRENT_WRITE,
         false => AccessLevel::CURRENT_READ | AccessLevel::HISTORY_READ,
     };

@@ -11,6 +11,7 @@ use opcua::types::{
     ReadRawModifiedDetails, StatusCode, Variant, WriteValue,
 };
 use rungd_client::live::TagType;
+use rungd_client::operator::protocol::is_reason;
 use rungd_language::source::wording::is_unseen;
 
 use crate::aggregate::{Aggregate, PastInterval};
@@ -19,6 +20,7 @@ use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner};
 use crate::history::RawSpan;
 use crate::manager::array_writes;
 use crate::pages::{PastValue, WaitingElements};
+use crate::reasons::ReasonedWrite;
 use crate::shelving::{ShelvingMethod, WantedShelving};
 use crate::tags::PlantVariable;
 use crate::values::{given, unix_ns};
@@ -115,6 +117,9 @@ fn call(bytes: &[u8]) {
     let arguments = asked.input_arguments.unwrap_or_default();
     for method in ShelvingMethod::of(&asked.method_id).into_iter().chain([ShelvingMethod::Timed]) {
         let _ = WantedShelving::of(method, &asked.object_id, &arguments);
+    }
+    if let Ok(wanted) = ReasonedWrite::of(&arguments) {
+        assert!(is_reason(&wanted.reason));
     }
 }
 

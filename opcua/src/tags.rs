@@ -56,6 +56,8 @@ pub struct PlantVariable {
     pub texts: Vec<(i32, String)>,
     /// Whether clients may write it.
     pub may_write: bool,
+    /// Whether a write needs a reason (`rights` knows).
+    pub wants_reason: bool,
     /// The devices that it is wired to as an input, by number.
     pub devices: Vec<usize>,
 }
@@ -110,6 +112,7 @@ impl PlantVariable {
             limits: None,
             texts: Vec::new(),
             may_write: true,
+            wants_reason: false,
             devices: Vec::new(),
         }
     }
@@ -222,6 +225,7 @@ impl<'p> TreeMaker<'p> {
                 texts.iter().map(|(value, text)| (value, text.to_owned())).collect()
             }),
             may_write: self.settings.write.iter().any(|name| name == id),
+            wants_reason: false,
             devices: self.movers.get(&address).cloned().unwrap_or_default(),
         };
         let doc = tag.and_then(|tag| tag.doc.clone());
@@ -336,6 +340,7 @@ impl<'p> TreeMaker<'p> {
             limits: None,
             texts: Vec::new(),
             may_write: false,
+            wants_reason: false,
             devices: Vec::new(),
         };
         let parent = parent.to_owned();

@@ -11,8 +11,9 @@ import signal
 
 from asyncua import Client, ua
 
-from support import (FOLDER, LADDER, URL, Seen, Statuses, awaits, condition_filter, controller, end_all,
-                     enough_events, event_filter, is_value, passed, rungd, server, settings, tag, value, write)
+from support import (FOLDER, LADDER, OVERFLOW, URL, Seen, Statuses, awaits, condition_filter, controller, end_all,
+                     enough_events, event_filter, is_value, passed, refused_with, rungd, server, settings, tag, value,
+                     write, write_with_reason)
 
 
 async def browse_and_read(client):
@@ -32,7 +33,7 @@ async def browse_and_read(client):
     wanted |= {f"parts.{member}" for member in ("Acc", "Done", "Reset", "Zero")} & shown
     wanted |= {f"recipe[{at}].{field}" for at in (0, 1) for field in ("target", "time")}
     assert wanted <= shown, (wanted - shown, shown)
-    for name in sorted(shown - {"fast", "slots"}):
+    for name in sorted(shown - {"fast", "slots", "dose"}):
         read = json.loads(rungd("read", name, "--json"))["values"][0]["value"]
         got = await names[name].read_value()
         assert abs(float(got) - float(read)) < 1e-6, (name, got, read)
@@ -109,8 +110,7 @@ async def overflow(client):
 
 
 async def has_overflow(seen):
-    # The bit Overflow of a DataValue (OPC 10000-4, 7.39); the library leaves its info type out.
-    return any(data.StatusCode.value & 0x80 for _, _, data in seen.changes)
+    return any(data.StatusCode.value & OVERFLOW for _, _, data in seen.changes)
 
 
 async def enough(seen, count):
@@ -199,6 +199,64 @@ async def reload(client):
     passed("reload")
 
 
+async def reasons(client):
+    """What a panel writes with a reason alone is written so here too, and the controller's log has the reason."""
+    dose, both = tag(client, "dose"), ua.Variant([1, 2], ua.VariantType.Int32)
+
+    async def is_writable(wanted):
+        return (ua.AccessLevel.CurrentWrite in await dose.get_access_level()) == wanted
+
+    async def plain():
+        await dose.write_value(both)
+
+    await plain()
+    write("t.toml", CONTROLLER + '[[panel]]\nname = "Doses"\nshow = [{ value = "dose[0]", reason = true }]\n')
+    rungd("reload")
+    await awaits("a node that is not writable", lambda: is_writable(False))
+    await refused_with("BadNotWritable", plain())
+    line = "opcua writes dose[0] to dose[1], and is refused: `dose[0]` is written with a reason alone"
+    await awaits(line, lambda: is_in_log(line, "opcua.log"))
+    root = client.get_node(ua.NodeId("/", 2))
+    [method] = [node for node in await root.get_children() if await node.read_node_class() == ua.NodeClass.Method]
+    [arguments] = [node for node in await method.get_properties()]
+    assert [one.Name for one in await arguments.read_value()] == ["Tag", "Value", "Reason"]
+    one = ua.Variant(7, ua.VariantType.Int32)
+    await write_with_reason(client, "dose", ua.Variant([3, 4], ua.VariantType.Int32), "Foam in the tank")
+    assert await value_of("dose[0]") == 3 and await value_of("dose[1]") == 4
+    await write_with_reason(client, "dose[1]", one, ua.Variant(ua.LocalizedText(" Calibration "),
+                                                               ua.VariantType.LocalizedText))
+    assert await value_of("dose[1]") == 7
+    await write_with_reason(client, "speed", one, "No reason is asked for")
+    for reason in ("Foam in the tank", "Calibration", "No reason is asked for"):
+        await awaits(reason, lambda: is_in_log(f"reason: {reason}"))
+    for name, variant, reason, status in [
+        ("dose[1]", one, "", "BadInvalidArgument"),
+        ("dose[1]", one, "two\nlines", "BadInvalidArgument"),
+        ("dose[1]", one, "x" * 201, "BadInvalidArgument"),
+        (ua.Variant(5, ua.VariantType.Int32), one, "Why", "BadInvalidArgument"),
+        ("dose[2]", one, "Why", "BadIndexRangeNoData"),
+        ("dose[1]", ua.Variant(101, ua.VariantType.Int32), "Why", "BadOutOfRange"),
+        ("dose[1]", ua.Variant("x", ua.VariantType.String), "Why", "BadTypeMismatch"),
+        ("nothing", one, "Why", "BadNodeIdUnknown"),
+        ("level", ua.Variant(1.0, ua.VariantType.Float), "Why", "BadNotWritable"),
+    ]:
+        await refused_with(status, write_with_reason(client, name, variant, reason))
+    assert await value_of("dose[1]") == 7
+    write("t.toml", CONTROLLER)
+    rungd("reload")
+    await awaits("a writable node", lambda: is_writable(True))
+    await plain()
+    passed("writes with a reason")
+
+
+async def is_in_log(text, name="rungd.log"):
+    return text in (FOLDER / name).read_text()
+
+
+async def value_of(name):
+    return json.loads(rungd("read", name, "--json"))["values"][0]["value"]
+
+
 async def has_value(seen, wanted):
     return any(val == wanted for _, val, _ in seen.changes)
 
@@ -208,8 +266,9 @@ async def endings(client, running):
     although no value changes, also between two samples."""
     told = Statuses()
     subscription = await client.create_subscription(100, told)
+    number = subscription.subscription_id
     for name, interval in [("speed", 0), ("/status/Mode", 1_000), ("level", 3_600_000)]:
-        await subscription.subscribe_data_change(tag(client, name), sampling_interval=interval)
+        await subscription.subscribe_data_change(tag(client, name), queuesize=10, sampling_interval=interval)
     await awaits("first values", lambda: told.are("Good", 3))
     running.end(signal.SIGKILL)
 
@@ -225,17 +284,24 @@ async def endings(client, running):
 
     await awaits("bad values", is_bad)
     await awaits("bad values of a subscription", lambda: told.are("BadNoCommunication", 3))
+    assert not told.gaps, told.gaps
     running = controller()
     await awaits("good values", is_good)
     await awaits("good values of a subscription", lambda: told.are("Good", 3))
+    # What the values were in between nobody knows.
+    await awaits("a gap of both tags", lambda: told.have_gaps({"speed", "level"}))
+    assert subscription.subscription_id == number, "the client took the subscription for dead and made another one"
     await subscription.delete()
     passed("a controller that ends and starts")
     return running
 
 
+CONTROLLER = 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "2ms"\n'
+
+
 async def main():
     write("ladder.toml", LADDER)
-    write("t.toml", 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "2ms"\n')
+    write("t.toml", CONTROLLER)
     settings("insecure = true")
     try:
         running, serving = controller(), server()
@@ -247,6 +313,7 @@ async def main():
             await history(client, count)
             await alarms(client)
             await reload(client)
+            await reasons(client)
             running = await endings(client, running)
         serving.end()
         log = (FOLDER / "opcua.log").read_text()

@@ -37,7 +37,7 @@ fn passes(name: &str, port: u16, parts: usize) {
 
 #[test]
 fn a_foreign_client_reads_writes_subscribes_and_acknowledges() {
-    passes("foreign", 48_411, 8);
+    passes("foreign", 48_411, 9);
 }
 
 #[test]
@@ -47,5 +47,5 @@ fn a_foreign_client_sees_programs_lost_devices_shelves_and_the_past_of_a_plant()
 
 #[test]
 fn strangers_and_hostile_clients_take_nothing_and_keep_nobody_out() {
-    passes("hostile", 48_431, 12);
+    passes("hostile", 48_431, 13);
 }

@@ -113,6 +113,7 @@ async def device(client, running):
     """A lost device makes its inputs uncertain and its outputs bad, and both are good when it is back."""
     seen = Statuses()
     subscription = await client.create_subscription(100, seen)
+    number = subscription.subscription_id
     for name in ("gate", "lamp", "speed"):
         await subscription.subscribe_data_change(tag(client, name), sampling_interval=0)
     for name in ("gate", "lamp", "speed", "far.Ok"):
@@ -131,6 +132,7 @@ async def device(client, running):
     running = far()
     await awaits("told", lambda: told("Good", "Good"))
     await awaits("good again", lambda: has_status(client, "gate", "Good"))
+    assert subscription.subscription_id == number, "the client took the subscription for dead and made another one"
     await subscription.delete()
     passed("a device that is lost")
     return running

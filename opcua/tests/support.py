@@ -38,6 +38,7 @@ step   = { type = "int", texts = { 0 = "idle", 1 = "dosing" } }
 parts  = { type = "counter" }
 trip   = { type = "bit", alarm = "The drive has tripped", priority = "high" }
 slots  = { type = "int", count = 4 }
+dose   = { type = "int", count = 2, min = 0, max = 100 }
 recipe = { type = "Step", count = 2 }
 
 [[program]]
@@ -132,6 +133,26 @@ async def is_value(client, name, wanted):
         return False
 
 
+async def refused_with(status, change):
+    """A change of a client is refused with this status."""
+    try:
+        await change
+    except ua.UaStatusCodeError as error:
+        assert status in type(error).__name__, error
+        return
+    raise AssertionError("it was not refused")
+
+
+def write_with_reason(client, name, variant, reason):
+    """Calls the method for writes with a reason."""
+    method = ua.NodeId("/WriteWithReason", 2)
+    return client.get_node(ua.NodeId("/", 2)).call_method(method, name, variant, reason)
+
+
+# The bit Overflow of a DataValue (OPC 10000-4, 7.39); the library leaves its info type out.
+OVERFLOW = 0x80
+
+
 class Seen:
     """Remembers what a subscription tells."""
 
@@ -153,13 +174,19 @@ class Statuses(Seen):
 
     def __init__(self):
         super().__init__()
-        self.last = {}
+        self.last, self.gaps = {}, set()
 
     def datachange_notification(self, node, val, data):
-        self.last[node.nodeid.Identifier] = data.monitored_item.Value.StatusCode.name
+        status = data.monitored_item.Value.StatusCode
+        self.last[node.nodeid.Identifier] = ua.StatusCode(status.value & ~OVERFLOW).name
+        if status.value & OVERFLOW:
+            self.gaps.add(node.nodeid.Identifier)
 
     async def are(self, status, count):
         return list(self.last.values()) == [status] * count
+
+    async def have_gaps(self, names):
+        return self.gaps == names
 
 
 async def enough_events(seen, count):
@@ -203,7 +230,7 @@ certificates = "pki"
 [controller]
 socket = "t.sock"
 [tags]
-write = ["start", "speed", "slots"]
+write = ["start", "speed", "slots", "dose"]
 [alarms]
 acknowledge = true
 shelve = true
