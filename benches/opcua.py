@@ -48,7 +48,8 @@ class Counter:
 
 
 async def subscriber(url, ready, over, counter):
-    async with Client(url, timeout=120) as client:
+    # A client gives its connection up if the server's answer takes longer than the watchdog's time.
+    async with Client(url, timeout=120, watchdog_intervall=60) as client:
         subscription = await client.create_subscription(500, counter)
         nodes = [client.get_node(ua.NodeId(f"value{n}", 2)) for n in range(TAGS)]
         for at in range(0, TAGS, 1000):

@@ -7,6 +7,7 @@
 //! the oldest stranger leaves, of the address with the most. A peer is known when the server has
 //! opened a channel for a certificate that a person trusts: its answer names that, and the library
 //! has then seen that the peer has the key. (It asks for trust itself only when a session begins.)
+//! Of a known peer too only so many requests are carried as `under_way` allows.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -24,6 +25,7 @@ use tokio::time::sleep;
 use crate::certificates::is_trusted;
 use crate::frames::{ClientRules, FrameKind, FrameRefusal, FrameScanner, FrameStart};
 use crate::journal::{ClientLine, ServerLines};
+use crate::under_way::RequestsUnderWay;
 
 /// The most strangers at a time.
 const STRANGERS_MAX: usize = 100;
@@ -35,8 +37,9 @@ const SPARE: usize = 10;
 const GONE_ASK: Duration = Duration::from_secs(30);
 /// The longest time without an answer of a peer's system. Then its connection ends.
 const GONE_MAX: Duration = Duration::from_secs(120);
-/// How much is carried at a time, bytes.
+/// How much is carried at a time, bytes. A piece of a client has few requests.
 const PIECE: usize = 16_384;
+const CLIENT_PIECE: usize = 4096;
 
 /// The gate.
 pub struct ClientGate {
@@ -172,8 +175,13 @@ async fn carry(
     let (from_client, to_client) = client.into_split();
     let (from_server, to_server) = server.into_split();
     let rules = Mutex::new(ClientRules::new(gate.insecure));
-    let asks = |frame: FrameStart<'_>| locked(&rules).judge(frame);
+    let under_way = RequestsUnderWay::default();
+    let asks = |frame: FrameStart<'_>| {
+        under_way.ask(frame);
+        locked(&rules).judge(frame)
+    };
     let answers = |frame: FrameStart<'_>| {
+        under_way.answer(frame);
         let trusts = |thumbprint: &[u8]| is_trusted(&gate.certificates, thumbprint);
         if frame.kind == FrameKind::Open && locked(&rules).opened(frame.body, trusts)? {
             opened.notify_one();
@@ -181,19 +189,24 @@ async fn carry(
         Ok(())
     };
     tokio::select! {
-        ended = pipe(from_client, to_server, asks) => ended,
-        ended = pipe(from_server, to_client, answers) => ended,
+        ended = pipe(from_client, to_server, asks, Some(&under_way)) => ended,
+        ended = pipe(from_server, to_client, answers, None) => ended,
     }
 }
 
-/// Carries one direction until it ends.
+/// Carries one direction until it ends; that of a client while there is room for its requests.
 async fn pipe(
     mut from: impl AsyncRead + Unpin,
     mut to: impl AsyncWrite + Unpin,
     mut judge: impl FnMut(FrameStart<'_>) -> Result<(), FrameRefusal>,
+    under_way: Option<&RequestsUnderWay>,
 ) -> Result<(), FrameRefusal> {
-    let (mut piece, mut scanner) = (vec![0; PIECE], FrameScanner::default());
+    let length = if under_way.is_some() { CLIENT_PIECE } else { PIECE };
+    let (mut piece, mut scanner) = (vec![0; length], FrameScanner::default());
     loop {
+        if let Some(under_way) = under_way {
+            under_way.room().await;
+        }
         let Ok(count @ 1..) = from.read(&mut piece).await else { return Ok(()) };
         scanner.take(&piece[..count], &mut judge)?;
         if to.write_all(&piece[..count]).await.is_err() {
@@ -205,11 +218,12 @@ async fn pipe(
 #[cfg(test)]
 mod tests {
     use std::pin::Pin;
-    use std::task::{Context, Poll};
+    use std::task::{Context, Poll, Waker};
 
     use tokio::io::ReadBuf;
 
     use super::*;
+    use crate::under_way::UNDER_WAY_MAX;
 
     #[tokio::test]
     async fn a_connection_whose_other_end_is_gone_ends_after_two_minutes() {
@@ -241,8 +255,38 @@ mod tests {
 
     #[tokio::test]
     async fn a_connection_that_the_system_gives_up_gives_its_place_back() {
-        let gave_up = pipe(GivenUp, tokio::io::sink(), |_| Ok(())).await;
+        let gave_up = pipe(GivenUp, tokio::io::sink(), |_| Ok(()), None).await;
         assert_eq!(gave_up, Ok(()), "it ends without a line: nobody did anything wrong");
+    }
+
+    #[test]
+    fn a_client_that_asks_and_reads_no_answer_waits() {
+        let request = [&b"MSGF"[..], &128_u32.to_le_bytes(), &[0; 120]].concat();
+        let (all, under_way) = (request.repeat(10_000), RequestsUnderWay::default());
+        let (mut carried, mut context) = (Vec::new(), Context::from_waker(Waker::noop()));
+        let asks = |frame: FrameStart<'_>| {
+            under_way.ask(frame);
+            Ok(())
+        };
+        let mut first = Box::pin(pipe(&all[..], &mut carried, asks, Some(&under_way)));
+        assert!(first.as_mut().poll(&mut context).is_pending());
+        drop(first);
+        let most = UNDER_WAY_MAX * request.len() + CLIENT_PIECE;
+        assert!((1..=most).contains(&carried.len()), "{}", carried.len());
+        // Each answer makes room, and all come through if all are answered.
+        let (sent, answer) = (carried.len(), [&b"MSGF"[..], &24_u32.to_le_bytes(), &[0; 16]]);
+        let answers = answer.concat().repeat(10_000);
+        let mut scanner = FrameScanner::default();
+        let answered = scanner.take(&answers, |frame| {
+            under_way.answer(frame);
+            Ok(())
+        });
+        assert_eq!(answered, Ok(()));
+        let rest = &all[sent..][..CLIENT_PIECE];
+        let mut second = Box::pin(pipe(rest, &mut carried, asks, Some(&under_way)));
+        assert_eq!(second.as_mut().poll(&mut context), Poll::Ready(Ok(())));
+        drop(second);
+        assert_eq!(carried.len(), sent + CLIENT_PIECE);
     }
 
     #[test]

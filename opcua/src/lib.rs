@@ -35,5 +35,6 @@ mod status;
 pub mod strangers;
 mod tags;
 mod types;
+mod under_way;
 mod users;
 mod values;

@@ -70,20 +70,11 @@ impl ReasonedWrite {
         let [tag, value, reason] = arguments else {
             return Err(vec![StatusCode::BadInvalidArgument; arguments.len()]);
         };
-        let tag = match tag {
-            Variant::String(tag) => Ok(tag.as_ref().trim().to_owned()),
-            _ => Err(StatusCode::BadTypeMismatch),
-        };
-        let reason = match reason {
-            Variant::String(text) => Ok(text.as_ref()),
-            Variant::LocalizedText(text) => Ok(text.text.as_ref()),
-            _ => Err(StatusCode::BadTypeMismatch),
-        };
-        let reason = reason.map(str::trim).and_then(|reason| match is_reason(reason) {
-            true => Ok(reason.to_owned()),
+        let reason = text_of(reason).and_then(|reason| match is_reason(&reason) {
+            true => Ok(reason),
             false => Err(StatusCode::BadOutOfRange),
         });
-        match (tag, reason) {
+        match (text_of(tag), reason) {
             (Ok(tag), Ok(reason)) => {
                 let (id, range) = node_of(tag);
                 Ok(ReasonedWrite { id, range, value: value.clone(), reason })
@@ -94,6 +85,21 @@ impl ReasonedWrite {
             }
         }
     }
+}
+
+/// The text of an argument.
+///
+/// # Errors
+/// It is no text.
+fn text_of(argument: &Variant) -> Result<String, StatusCode> {
+    let text = if let Variant::String(text) = argument {
+        text
+    } else if let Variant::LocalizedText(text) = argument {
+        &text.text
+    } else {
+        return Err(StatusCode::BadTypeMismatch);
+    };
+    Ok(text.as_ref().trim().to_owned())
 }
 
 /// The node of a tag, and the part of it: an element of an array is a part of the array's node.

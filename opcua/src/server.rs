@@ -259,7 +259,11 @@ fn limits(settings: &OpcUaSettings) -> Limits {
             max_monitored_item_queue_size: 10_000,
             ..SubscriptionLimits::default()
         },
+        // Each keeps what is left of the references of a node.
+        max_browse_continuation_points: 5,
+        max_query_continuation_points: 1,
         operational: OperationalLimits {
+            max_nodes_per_browse: 100,
             max_nodes_per_history_read_data: 100,
             ..OperationalLimits::default()
         },

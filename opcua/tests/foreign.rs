@@ -47,5 +47,5 @@ fn a_foreign_client_sees_programs_lost_devices_shelves_and_the_past_of_a_plant()
 
 #[test]
 fn strangers_and_hostile_clients_take_nothing_and_keep_nobody_out() {
-    passes("hostile", 48_431, 13);
+    passes("hostile", 48_431, 14);
 }

@@ -429,6 +429,29 @@ async def limits():
         await client.disconnect()
 
 
+async def continuation_points():
+    """What is left of a browse waits at few places, which a client can free."""
+    client = await connected(Basic, "anna", "correct horse")
+    params = ua.BrowseParameters(RequestedMaxReferencesPerNode=1)
+    params.View.Timestamp = ua.get_win_epoch()
+    params.NodesToBrowse = [ua.BrowseDescription(NodeId=ua.NodeId("/tags", 2), ResultMask=63)]
+    points, results = [], []
+    for _ in range(7):
+        [result] = await client.uaclient.browse(params)
+        results.append(result.StatusCode.name)
+        points += [result.ContinuationPoint] if result.ContinuationPoint else []
+    assert results == ["Good"] * 5 + ["BadNoContinuationPoints"] * 2, results
+    assert len(points) == 5
+    free = ua.BrowseNextParameters(ReleaseContinuationPoints=True, ContinuationPoints=points)
+    await client.uaclient.browse_next(free)
+    [result] = await client.uaclient.browse(params)
+    assert result.StatusCode.is_good(), result
+    params.NodesToBrowse = params.NodesToBrowse * 101
+    await refused_with("TooManyOperations", client.uaclient.browse(params))
+    await client.disconnect()
+    passed("continuation points")
+
+
 async def untrusted(thumbprint):
     """A client that is trusted no more cannot connect."""
     subprocess.run([OPCUA, "trust", "opcua.toml", "remove", thumbprint], cwd=FOLDER, check=True)
@@ -465,6 +488,7 @@ async def main():
         await half_open()
         await certificates()
         await replays()
+        await continuation_points()
         await untrusted(thumbprint)
         trust("a client")
         # Refused sign-ins have left sessions, each for a minute.
