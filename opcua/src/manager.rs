@@ -145,7 +145,7 @@ impl PlantManager {
         };
         // The node says that it is not writable, but not why: the line does.
         if let Err(refusal) = self.followed.judge_without_reason(&writes) {
-            return self.told(&write_words(&writes, context), Err(refusal));
+            return self.report_outcome(&write_words(&writes, context), Err(refusal));
         }
         let judged = {
             let mut space = space.write();
@@ -165,7 +165,7 @@ impl PlantManager {
             Err(results) => {
                 let why = "the tag is text, and the reason one line of at most 200 characters";
                 let refused = Err((StatusCode::BadInvalidArgument, why.to_owned()));
-                self.told(&format!("{} writes with a reason", user(context)), refused);
+                self.report_outcome(&format!("{} writes with a reason", user(context)), refused);
                 return call.set_argument_error(results);
             }
         };
@@ -194,11 +194,11 @@ impl PlantManager {
             Ok(()) => self.followed.ask::<ChangedOperands>(request).await.map(|_| ()),
             Err(refusal) => Err(refusal),
         };
-        self.told(&what, done)
+        self.report_outcome(&what, done)
     }
 
-    /// Tells what came of a write. Returns the status of the answer.
-    fn told(&self, what: &str, done: Result<(), NotDone>) -> StatusCode {
+    /// Prints what came of a write. Returns the status of the answer.
+    fn report_outcome(&self, what: &str, done: Result<(), NotDone>) -> StatusCode {
         match done {
             Ok(()) => {
                 self.lines.say(ClientLine::Write, what);

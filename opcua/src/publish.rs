@@ -298,7 +298,7 @@ impl Publisher {
                 if (turned || telling == Telling::AfterGap) && !status.is_bad() {
                     items.data_value(missing());
                 }
-                items.data_value(told(&value, telling));
+                items.data_value(notification(&value, telling));
             }
             // A node that is missing was removed by a reload in between.
             if let Some(NodeType::Variable(variable)) = space.find_mut(&id) {
@@ -309,7 +309,7 @@ impl Publisher {
 }
 
 /// A value as the subscriptions are told it.
-fn told(value: &DataValue, telling: Telling) -> DataValue {
+fn notification(value: &DataValue, telling: Telling) -> DataValue {
     let (mut value, status) = (value.clone(), value.status());
     if status.is_bad() {
         (value.value, value.source_timestamp) = (None, None);

@@ -80,7 +80,7 @@ impl ReasonedWrite {
                 Ok(ReasonedWrite { id, range, value: value.clone(), reason })
             }
             (tag, reason) => {
-                let result = |of: Option<StatusCode>| of.unwrap_or(StatusCode::Good);
+                let result = |wrong: Option<StatusCode>| wrong.unwrap_or(StatusCode::Good);
                 Err(vec![result(tag.err()), StatusCode::Good, result(reason.err())])
             }
         }
