@@ -23,6 +23,8 @@ use rungd_client::live::{NewestPiece, OpenedPast, TrendPast};
 
 /// The most operands that are kept; the one that was asked for longest ago is forgotten.
 const LINES_MAX: usize = 24;
+/// The most operands whose past is being read, or waits for it.
+const READINGS_MAX: usize = 8;
 /// The points of a trend, at most, and about.
 const STEPS_MAX: i64 = 600;
 /// The most chunks that are read at once: ten minutes.
@@ -88,8 +90,13 @@ impl TrendStore {
         let is_missing = stored.line.missing(from_ns, until_ns, 1).is_some();
         let (is_bit, note) = (stored.line.is_bit, stored.note.clone());
         let is_early = stored.read.is_some_and(|read| read.elapsed() < READ_AGAIN);
-        let begins = is_missing && !stored.is_read && !is_early;
-        stored.is_read |= begins;
+        let is_due = is_missing && !stored.is_read && !is_early && socket.is_some();
+        // Each reading is a thread, most of which wait for their turn.
+        let has_room = all.values().filter(|stored| stored.is_read).count() < READINGS_MAX;
+        let begins = is_due && has_room;
+        if let Some(stored) = all.get_mut(&operand).filter(|_| begins) {
+            stored.is_read = true;
+        }
         drop_oldest(&mut all);
         drop(all);
         if let Some(socket) = socket.filter(|_| begins) {
@@ -181,10 +188,12 @@ fn whole(ns: i64) -> i64 {
     ns.div_euclid(CHUNK_NS) * CHUNK_NS
 }
 
-/// Forgets the operand that was asked for longest ago, if there are too many.
+/// Forgets the operand that was asked for longest ago, if there are too many. What is being read
+/// stays, so that its thread is counted.
 fn drop_oldest(all: &mut HashMap<String, StoredTrend>) {
     while all.len() > LINES_MAX {
-        let oldest = all.iter().min_by_key(|(_, stored)| stored.asked);
+        let unread = all.iter().filter(|(_, stored)| !stored.is_read);
+        let oldest = unread.min_by_key(|(_, stored)| stored.asked);
         let Some(oldest) = oldest.map(|(operand, _)| operand.clone()) else { return };
         all.remove(&oldest);
     }
@@ -259,5 +268,31 @@ impl DrawnSteps<'_> {
             }
         }
         gaps.into_iter().map(|(from, to, why)| json!([from, to, why.words()])).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rungd_client::live::PastPiece;
+
+    #[test]
+    fn many_operands_are_neither_all_kept_nor_all_read_at_once() {
+        let store = TrendStore::default();
+        let hour_ns = 3600 * SECOND_NS;
+        let newest =
+            NewestPiece { piece: PastPiece::default(), begin_ns: hour_ns, end_ns: hour_ns };
+        // No reading can begin while the test has the turn.
+        let turn = locked(&store.turn);
+        for number in 0..100 {
+            let socket = Some(PathBuf::from("/nonexistent/s"));
+            let operand = format!("D{number}");
+            store.answer(TrendQuestion { operand, span_ns: hour_ns, socket }, &newest);
+        }
+        let all = locked(&store.trends);
+        assert_eq!(all.len(), LINES_MAX);
+        assert_eq!(all.values().filter(|stored| stored.is_read).count(), READINGS_MAX);
+        assert!(all.contains_key("D0") && all.contains_key("D99"));
+        drop((all, turn));
     }
 }
