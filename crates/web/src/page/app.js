@@ -562,6 +562,7 @@ function place(shown, line, rung) {
   const drawing = new DOMParser().parseFromString(rung.svg, "image/svg+xml").documentElement;
   // Its symbols are buttons: the drawing is a group of them, and no picture.
   drawing.setAttribute("role", "group");
+  atRightRail(drawing, shown.rungs.clientWidth - line.depth * 24);
   root.append(document.importNode(drawing, true), words);
   for (const symbol of root.querySelectorAll("g[data-name]")) {
     if (symbol.classList.contains("box")) continue;
@@ -577,7 +578,42 @@ function place(shown, line, rung) {
   const next = behind.reduce((least, one) => !least || one[0].at < least[0].at ? one : least, null);
   shown.rungs.insertBefore(root, next && next[1].root);
   for (const box of root.querySelectorAll("g.boxed, g.not-boxed")) sidesBelow(box);
+  for (const box of root.querySelectorAll("g.box")) progressBelow(box, rung.words);
   shown.places.set(line, { root, words: [...rung.words, ...rung.outputs], lit: [...root.querySelectorAll("[data-p]")], power: undefined });
+}
+
+// The widest ladder, and the room of a coil's half with its name and of the margin behind the right rail, px.
+const LADDER_MAX = 900, COIL_HALF = 60, BEHIND = 12, TAIL = 8;
+
+// Moves the coils and boxes of a drawing to a right rail, which all rungs have in one line if there is room.
+function atRightRail(svg, room) {
+  const number = (element, name) => Number(element.getAttribute(name)), height = number(svg, "height");
+  const width = Math.max(number(svg, "width") + 2 * TAIL, Math.min(room, LADDER_MAX)), rail = width - BEHIND;
+  const path = (kind, d) => {
+    const made = document.createElementNS(svg.namespaceURI, "path");
+    made.setAttribute("class", kind);
+    made.setAttribute("d", d);
+    return made;
+  };
+  for (const part of svg.querySelectorAll("g.coil, g.box")) {
+    const touch = part.querySelector(".touch"), box = part.querySelector("rect.symbol");
+    const end = number(touch, "x") + number(touch, "width"), middle = box ? 0 : number(part.querySelector(".name"), "x");
+    const edge = box ? number(box, "x") + number(box, "width") : middle + 10;
+    const by = Math.max(0, box ? rail - TAIL - edge : rail - Math.max(COIL_HALF, end - middle) - middle);
+    let y = 0;
+    // The wires to it become longer.
+    for (const wire of part.querySelectorAll(".wire")) {
+      const [, from, at, to] = /^M(\d+) (\d+)H(\d+)/.exec(wire.getAttribute("d")) || [];
+      if (to === undefined) continue;
+      y = y || Number(at);
+      wire.setAttribute("d", `M${from - by} ${at}H${to}`);
+    }
+    part.setAttribute("transform", `translate(${by} 0)`);
+    part.append(path("tail", `M${edge} ${y}H${rail - by}`));
+  }
+  svg.append(path("rail", `M${rail} 0V${height}`));
+  svg.setAttribute("width", width);
+  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
 }
 
 // The place for the values of a compare's sides, below its box.
@@ -588,18 +624,48 @@ function sidesBelow(box) {
   box.append(sides);
 }
 
+// The place for how far a timer or a counter is, below its box: `3 of 12`, `2.1 s of 10s`.
+function progressBelow(box, words) {
+  const found = /^(\S+) (\S+) (?:.* )?preset=(\S+)/.exec(box.dataset.name), inner = box.querySelector(".text");
+  if (!found || !inner || !words.includes(found[2] + ".Acc")) return;
+  const frame = box.querySelector("rect.symbol"), sides = inner.cloneNode();
+  sides.setAttribute("class", "sides");
+  sides.setAttribute("x", Number(frame.getAttribute("x")) + Number(frame.getAttribute("width")) / 2);
+  sides.setAttribute("y", Number(inner.getAttribute("y")) + 21);
+  Object.assign(sides.dataset, { acc: found[2] + ".Acc", preset: found[3], timer: /TMR/.test(found[1]) ? "1" : "" });
+  box.append(sides);
+}
+
+// A time in ms, as short as its unit allows.
+function timeText(ms) {
+  if (ms < 1000) return ms + " ms";
+  if (ms < 120000) return (ms / 1000).toFixed(1) + " s";
+  const seconds = Math.floor(ms / 1000);
+  return seconds < 7200 ? `${Math.floor(seconds / 60)} min ${seconds % 60} s` : `${Math.floor(seconds / 3600)} h ${Math.floor(seconds % 3600 / 60)} min`;
+}
+
+function showProgress(place) {
+  for (const sides of place.root.querySelectorAll("[data-acc]")) {
+    const { acc, preset, timer } = sides.dataset, value = state.values[acc], wanted = state.values[preset];
+    const said = (number) => timer && typeof number === "number" ? timeText(number) : text(number);
+    const words = typeof value === "number" ? `${said(value)} of ${typeof wanted === "number" ? said(wanted) : preset}` : "";
+    if (sides.textContent !== words) sides.textContent = words;
+  }
+}
+
 // Shows the values of the compares, as they were when their rung was executed.
 function compare(shown, compared) {
   for (const [line, place] of shown.places) {
     const values = (compared || {})[line.key];
     if (!values) continue;
-    for (const sides of place.root.querySelectorAll(".sides")) sides.textContent = values[sides.parentNode.dataset.leaf] || "";
+    for (const sides of place.root.querySelectorAll(".sides:not([data-acc])")) sides.textContent = values[sides.parentNode.dataset.leaf] || "";
   }
 }
 
 // Lights the wires that have power.
 function light(shown, powers) {
   for (const [line, place] of shown.places) {
+    showProgress(place);
     const power = (powers || {})[line.key];
     if (power === undefined || place.power === power) continue;
     place.root.classList.toggle("idle", power === null);
