@@ -32,6 +32,7 @@ void config_init__(void);
 void config_run__(unsigned long tick);
 int main(void) {
   config_init__();
+  %(devices)s
   long at, count; int value;
   if (scanf("%%ld", &count) != 1) return 1;
   for (at = 0; at < count; at++) {
@@ -120,13 +121,22 @@ class Names:
         return None
 
 
+def devices_of(folder):
+    """The variables that say that a device is well, in small letters."""
+    with open(os.path.join(folder, "devices"), encoding="utf-8") as file:
+        return file.read().split()
+
+
 def executed(folder, names, columns, inputs, period):
     """The rows of the compiled program."""
     reads = "".join(f'if (scanf("%d", &value) != 1) return 1; *{place} = value;\n' for _, place in names.inputs)
     prints = "".join(f'printf("{form} ", {text});\n' for text, form in columns)
+    # A device is well in a simulation; the other controller has to write that.
+    own = [name for name, kind in names.own.items() if kind == "BOOL" and name.endswith("_OK") and "." not in name]
+    devices = "".join(f"RESOURCE1__INSTANCE0.{name}.value = 1;" for name in own if name.lower() in devices_of(folder))
     source = os.path.join(folder, "driver.c")
     with open(source, "w", encoding="utf-8") as file:
-        file.write(DRIVER % {"reads": reads, "prints": prints, "period": period})
+        file.write(DRIVER % {"reads": reads, "prints": prints, "period": period, "devices": devices})
     program = os.path.join(folder, "driver")
     subprocess.run(
         ["gcc", "-w", "-O0", "-I", os.path.join(MATIEC, "lib/C"), "-I", folder, source,
@@ -181,6 +191,9 @@ def compared(ladder, controler, schema, scans):
         row = [1 - bit if chance.random() < 0.05 else bit for bit in row]
         inputs.append(row)
     header, rows = simulated(files, names, inputs, period, folder)
+    with open(os.path.join(folder, "devices"), "w", encoding="utf-8") as file:
+        well = (name.lower().replace(".", "_") for name in header if name.endswith(".Ok"))
+        file.write("\n".join(well))
     found = [(at, name, names.expression(name)) for at, name in enumerate(header) if at > 1]
     common = [(at, name, c) for at, name, c in found if c]
     theirs = executed(folder, names, [c for _, _, c in common], inputs, period)
