@@ -463,6 +463,7 @@ async def main():
     write("ladder.toml", LADDER)
     write("t.toml", 'ladder = ["ladder.toml"]\noperator.socket = "t.sock"\n[scan]\nperiod = "2ms"\n'
           '[web]\nwrite = ["speed"]\nwrite-service = ["slots"]\n[[user]]\nname = "anna"\nrole = "operate"\n'
+          '[[user]]\nname = "carl"\nrole = "service"\n'
           '[[panel]]\nname = "Start"\nshow = [{ value = "start", reason = true }]\n')
     settings("insecure = true")
     make_certificate("a client")
