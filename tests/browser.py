@@ -596,6 +596,8 @@ SHOWN = os.path.join(rig.HERE, "docs/pictures/page")
 
 def masked(text):
     words = re.sub(r"\b(ON|OFF)\b", "OFF", re.sub(r"\d+|…", "0", text))
+    # The time of a timer is shown as `0 ms` or `0.0 s`, by its length.
+    words = re.sub(r"\b0(\.0)? m?s\b", "0 s", words)
     return re.sub(r"\s+", " ", words).strip() + "\n"
 
 
