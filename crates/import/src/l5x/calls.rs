@@ -203,13 +203,19 @@ impl Translation<'_> {
         Ok(arguments)
     }
 
-    fn argument(&mut self, parameter: &str, text: &str, path: &str) -> Result<UseArgument, String> {
+    /// An argument for a part of a structure.
+    pub(super) fn argument(
+        &mut self,
+        parameter: &str,
+        text: &str,
+        path: &str,
+    ) -> Result<UseArgument, String> {
         let whole = if path.is_empty() { text.to_owned() } else { format!("{text}.{path}") };
         let part = self.written(&whole, &Kind::Dint)?;
         if matches!(part.index, Index::Moving(_))
             || !part.dimensions.is_empty() && part.index != Index::None
         {
-            return Err("an Add-On Instruction of an element with arrays in it".to_owned());
+            return Err("an instruction of an element with arrays in it".to_owned());
         }
         Ok(UseArgument { name: parameter.to_owned(), value: part.text })
     }

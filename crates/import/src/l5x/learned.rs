@@ -1,11 +1,11 @@
-//! Types that a file names and does not declare: those of modules, drives, PIDs, messages, axes.
+//! Types that a file names and does not declare: those of modules, drives, messages, axes.
 //!
 //! Their members come from the data of any tag of the type in the file (`data`), which is complete.
 //! Without data they come from the use (`undeclared`).
 
 use super::data::Datum;
 use super::document::L5xFile;
-use super::types::{Kind, LogixStructure, Member, TypeOrigin, Types};
+use super::types::{Kind, LogixStructure, Member, PID_RECORD, TypeOrigin, Types};
 use crate::names::legal_field;
 
 impl Types {
@@ -76,9 +76,8 @@ impl LogixStructure {
         let start = format!("{}_", member.name.to_lowercase());
         let is_bit = |other: &&Member| other.kind == Kind::Bool && other.dimensions.is_empty();
         let mut bits = self.members.iter().filter(is_bit);
-        self.origin == TypeOrigin::Data
-            && member.kind.bits().is_some()
-            && (bits.any(|bit| bit.name.to_lowercase().starts_with(&start))
-                || self.name.eq_ignore_ascii_case("PID") && member.name == "CTL")
+        let is_learned = self.origin == TypeOrigin::Data && member.kind.bits().is_some();
+        self.library == Some(PID_RECORD) && member.name == "CTL"
+            || is_learned && bits.any(|bit| bit.name.to_lowercase().starts_with(&start))
     }
 }

@@ -22,6 +22,7 @@ mod numbers;
 mod operators;
 mod own_instruction;
 mod path;
+mod pid;
 mod prescan;
 mod project;
 mod rll;

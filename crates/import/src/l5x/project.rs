@@ -10,6 +10,7 @@ use super::rll;
 use super::routine::{RoutineText, RoutineWork, translated};
 use super::tasks::{ProgramTurn, TaskProgram, filled_tasks, plan};
 use super::translate::BlockNature;
+use super::types::PID_RECORD;
 use super::undeclared::{ScopedProgram, demand};
 use crate::model::{
     Fate, ForeignProject, LadderFile, Outcome, ProjectBlock, ProjectBlockKind, ProjectPart,
@@ -22,6 +23,8 @@ const HABITS: [&str; 5] =
 
 /// Timers and counters of Logix, as templates.
 static LOGIX: ProjectPart = ProjectPart { name: "logix", text: include_str!("logix.toml") };
+/// PID, for the projects that have one.
+static PID: ProjectPart = ProjectPart { name: "logix-pid", text: include_str!("logix-pid.toml") };
 
 /// The project of a file.
 pub(super) fn project(file: &L5xFile) -> ForeignProject {
@@ -79,13 +82,14 @@ pub(super) fn project(file: &L5xFile) -> ForeignProject {
     outcome.outputs = inputs::outputs(&memory);
     let mut files = vec![controller];
     files.extend(ladders);
+    let has_pid = memory.homes.iter().flatten().any(|tag| tag.kind == PID_RECORD);
     ForeignProject {
         name: if file.name.is_empty() { "import".to_owned() } else { file.name.clone() },
         doc: file.doc.clone(),
         origin: format!("Rockwell L5X, {} {}, revision {}", file.target, file.name, file.revision),
         period_ms: plan.period_ms,
         libraries: Vec::new(),
-        parts: vec![LOGIX],
+        parts: if has_pid { vec![LOGIX, PID] } else { vec![LOGIX] },
         files,
         outcome,
     }

@@ -68,7 +68,7 @@ pub(crate) struct LogixStructure {
     pub(crate) name: String,
     pub(crate) doc: String,
     pub(crate) members: Vec<Member>,
-    /// The record of `logix.toml` that holds it.
+    /// The record of `logix.toml` or `logix-pid.toml` that holds it.
     pub(crate) library: Option<&'static str>,
     pub(crate) origin: TypeOrigin,
 }
@@ -142,6 +142,63 @@ const CONTROL: &[(&str, Kind)] = &[
     ("POS", Kind::Dint),
 ];
 
+/// The record of `logix-pid.toml` that holds a PID.
+pub(super) const PID_RECORD: &str = "LogixPid";
+
+const PID: &[(&str, Kind)] = &[
+    ("CTL", Kind::Dint),
+    ("EN", Kind::Bool),
+    ("CT", Kind::Bool),
+    ("CL", Kind::Bool),
+    ("PVT", Kind::Bool),
+    ("DOE", Kind::Bool),
+    ("SWM", Kind::Bool),
+    ("CA", Kind::Bool),
+    ("MO", Kind::Bool),
+    ("PE", Kind::Bool),
+    ("NDF", Kind::Bool),
+    ("NOBC", Kind::Bool),
+    ("NOZC", Kind::Bool),
+    ("INI", Kind::Bool),
+    ("SPOR", Kind::Bool),
+    ("OLL", Kind::Bool),
+    ("OLH", Kind::Bool),
+    ("EWD", Kind::Bool),
+    ("DVNA", Kind::Bool),
+    ("DVPA", Kind::Bool),
+    ("PVLA", Kind::Bool),
+    ("PVHA", Kind::Bool),
+    ("SP", Kind::Real),
+    ("KP", Kind::Real),
+    ("KI", Kind::Real),
+    ("KD", Kind::Real),
+    ("BIAS", Kind::Real),
+    ("MAXS", Kind::Real),
+    ("MINS", Kind::Real),
+    ("DB", Kind::Real),
+    ("SO", Kind::Real),
+    ("MAXO", Kind::Real),
+    ("MINO", Kind::Real),
+    ("UPD", Kind::Real),
+    ("PV", Kind::Real),
+    ("ERR", Kind::Real),
+    ("OUT", Kind::Real),
+    ("PVH", Kind::Real),
+    ("PVL", Kind::Real),
+    ("DVP", Kind::Real),
+    ("DVN", Kind::Real),
+    ("PVDB", Kind::Real),
+    ("DVDB", Kind::Real),
+    ("MAXI", Kind::Real),
+    ("MINI", Kind::Real),
+    ("TIE", Kind::Real),
+    ("MAXCV", Kind::Real),
+    ("MINCV", Kind::Real),
+    ("MINTIE", Kind::Real),
+    ("MAXTIE", Kind::Real),
+    ("DATA", Kind::Real),
+];
+
 impl Types {
     /// The types of a file, with those that every controller has.
     pub(crate) fn of(file: &L5xFile) -> Types {
@@ -150,13 +207,14 @@ impl Types {
             ("TIMER", "Timer", TIMER),
             ("COUNTER", "Counter", COUNTER),
             ("CONTROL", "Control", CONTROL),
+            ("PID", PID_RECORD, PID),
         ];
         for (name, record, members) in library {
             let member = |(name, kind): &(&str, Kind)| Member {
                 name: (*name).to_owned(),
                 field: name.to_lowercase(),
                 kind: kind.clone(),
-                dimensions: Vec::new(),
+                dimensions: if *name == "DATA" { vec![17] } else { Vec::new() },
                 doc: String::new(),
                 is_guessed: false,
             };

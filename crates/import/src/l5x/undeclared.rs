@@ -149,6 +149,7 @@ fn demanded(file: &L5xFile, calls: &CallBook, instruction: &RllInstruction) -> V
     match instruction.name.as_str() {
         "TON" | "TOF" | "RTO" => operand(0, "timer"),
         "CTU" | "CTD" => operand(0, "counter"),
+        "PID" => operand(0, "pid"),
         "BSL" | "BSR" => operand(1, "control"),
         "FFL" | "FFU" => operand(2, "control"),
         name if calls.is_own_instruction(name) => {

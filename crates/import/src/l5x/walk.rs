@@ -1,7 +1,7 @@
 //! The walk along a rung, from left to right, with the condition so far.
 //!
 //! Called by `routine` for each rung. What an instruction means is in `contacts`, `coils`,
-//! `numbers`, `files`, `system_values` and `calls`.
+//! `numbers`, `files`, `pid`, `system_values` and `calls`.
 
 use super::contacts::is_contact;
 use super::rll::{RllInstruction, RllNode};
@@ -113,6 +113,7 @@ impl Translation<'_> {
             "NOP" => {}
             "OTE" | "OTL" | "OTU" | "OSR" | "OSF" => self.coil(instruction, &when)?,
             "TON" | "TOF" | "RTO" | "CTU" | "CTD" | "RES" => self.structure(instruction, &when)?,
+            "PID" => self.pid(instruction, &when)?,
             "SIZE" => self.size(instruction, &when)?,
             "COP" | "CPS" | "FLL" | "FFL" | "FFU" | "BSL" | "BSR" => {
                 self.file(instruction, &when)?;

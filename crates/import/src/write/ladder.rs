@@ -35,8 +35,7 @@ fn wanted(project: &ForeignProject, file: &LadderFile, kind: &str) -> u32 {
         let record = project.files.iter().flat_map(|file| &file.records);
         let record = record.into_iter().find(|record| record.name == name);
         let own = record.map(|record| record.fields.iter().filter(|f| f.kind == kind).count());
-        // The records of the library.
-        own.map_or(if kind == "bit" { 8 } else { 3 }, |count| count as u32)
+        own.map_or_else(|| fields_of_part(name, kind), |count| count as u32)
     };
     let of_tag = |tag: &ProjectTag| {
         let is_plain = ["bit", "int", "word", "real"].contains(&tag.kind.as_str());
@@ -47,6 +46,17 @@ fn wanted(project: &ForeignProject, file: &LadderFile, kind: &str) -> u32 {
         each.saturating_mul(tag.count.unwrap_or(1))
     };
     file.tags.iter().map(of_tag).fold(0, u32::saturating_add)
+}
+
+/// At most how many fields of a kind a record of a part of the project has, with the tags of its
+/// template.
+fn fields_of_part(record: &str, kind: &str) -> u32 {
+    match (record, kind) {
+        ("LogixPid", "bit") => 24,
+        ("LogixPid", "real") => 44,
+        (_, "bit") => 8,
+        _ => 3,
+    }
 }
 
 /// The text of a ladder file.

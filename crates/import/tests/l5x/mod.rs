@@ -8,6 +8,7 @@ mod files;
 mod generator;
 mod hostile;
 mod interpreter;
+mod pid;
 mod rung_text;
 mod structures;
 mod system_values;

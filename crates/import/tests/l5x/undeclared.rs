@@ -51,14 +51,14 @@ fn a_member_of_a_modules_type_is_a_bit_where_a_contact_names_it_and_a_dint_elsew
 
 #[test]
 fn a_member_whose_type_the_data_of_any_tag_shows_is_exact() {
-    let tags = "<Tag Name=\"one\" DataType=\"PID\"/><Tag Name=\"two\" DataType=\"PID\"><Data \
-                Format=\"Decorated\"><Structure DataType=\"PID\"><DataValueMember Name=\"CTL\" \
-                DataType=\"DINT\" Value=\"0\"/><DataValueMember Name=\"SWM\" DataType=\"BOOL\" \
+    let tags = "<Tag Name=\"one\" DataType=\"AXIS\"/><Tag Name=\"two\" DataType=\"AXIS\"><Data \
+                Format=\"Decorated\"><Structure DataType=\"AXIS\"><DataValueMember Name=\"CTL\" \
+                DataType=\"DINT\" Value=\"0\"/><DataValueMember Name=\"CTL_On\" DataType=\"BOOL\" \
                 Value=\"0\"/><DataValueMember Name=\"SP\" DataType=\"REAL\" Value=\"2.5\"/>\
                 </Structure></Data></Tag>";
-    let texts = ["XIC(one.SWM)OTE(two.SWM);", "MOV(two.SP,one.SP);", "MOV(one.CTL,n);"];
+    let texts = ["XIC(one.CTL_On)OTE(two.CTL_On);", "MOV(two.SP,one.SP);", "MOV(one.CTL,n);"];
     let made = project(tags, &rungs(&texts));
-    let bits = "`PID.CTL` and the members for its bits have places of their own";
+    let bits = "`AXIS.CTL` and the members for its bits have places of their own";
     assert_eq!(fates(&made), [&Fate::Exact, &Fate::Exact, &different(bits)]);
     let mut plc = plant::started(&made);
     plant::scan(&mut plc, 0, &[]);
