@@ -1,6 +1,7 @@
-"""Random CLICK ladders, and what pyrung does with them: `python3 traces.py COUNT SCANS > FILE`.
+"""Random CLICK ladders, and what pyrung does with them: `python3 traces.py COUNT SCANS [FIRST] > FILE`.
 
-Needs `pip install pyrung laddercodec`. The tests execute the same ladders (`traces.rs`).
+Needs `pip install pyrung`. FIRST is the number of the first ladder, 0 by default. The tests execute
+the same ladders (`traces.rs`).
 """
 
 import random
@@ -135,9 +136,13 @@ def tag_of(names, address):
 
 if __name__ == "__main__":
     warnings.simplefilter("ignore")
-    for number in range(int(sys.argv[1])):
+    left = int(sys.argv[1])
+    number = int(sys.argv[3]) if len(sys.argv) > 3 else 0
+    while left > 0:
         try:
             print("\n".join(trace(number, int(sys.argv[2]))))
+            left -= 1
         except NameError as error:
             # The code that pyrung makes does not declare an address that a range has too.
             print(f"program {number} is left out: {error}", file=sys.stderr)
+        number += 1

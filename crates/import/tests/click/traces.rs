@@ -1,13 +1,16 @@
 //! Random ladders, executed by rungd after an import, and by pyrung: no bit and no number differs
 //! after any scan.
 //!
-//! `traces.txt` has what pyrung did. 500 others:
-//! `python3 crates/import/tests/click/traces.py 500 100 > /tmp/traces.txt` (needs pip's pyrung),
-//! then
-//! `RUNGD_CLICK_TRACES=/tmp/traces.txt cargo test -p rungd-import click::traces -- --nocapture`.
+//! `traces.txt` has what pyrung did with the first ones. With pip's pyrung, others are made here:
+//! `RUNGD_CLICK_LADDERS=500 cargo test -p rungd-import click::traces -- --nocapture` is the long
+//! run.
+
+use std::process::Command;
 
 use rungd_import::click;
 use rungd_import::model::Fate;
+use rungd_test_support::needs::{usable, works};
+use rungd_test_support::setting::setting;
 
 use crate::plant;
 
@@ -53,15 +56,31 @@ fn compare(program: &str) -> usize {
     scans.lines().count()
 }
 
+/// Compares all programs of a text; gives their number.
+fn compare_all(text: &str) -> usize {
+    let programs = text.split("program ").filter(|program| !program.is_empty());
+    let scans: Vec<usize> = programs.map(compare).collect();
+    println!("{} ladders, {} scans: no difference", scans.len(), scans.iter().sum::<usize>());
+    scans.len()
+}
+
+#[test]
+fn kept_ladders_do_what_pyrung_does_in_every_scan() {
+    assert!(compare_all(include_str!("traces.txt")) >= 20);
+}
+
 #[test]
 fn random_ladders_do_what_pyrung_does_in_every_scan() {
-    let text = match std::env::var("RUNGD_CLICK_TRACES") {
-        Ok(path) => std::fs::read_to_string(path).unwrap(),
-        Err(_) => include_str!("traces.txt").to_owned(),
-    };
-    let programs: Vec<&str> =
-        text.split("program ").filter(|program| !program.is_empty()).collect();
-    let scans: usize = programs.iter().map(|program| compare(program)).sum();
-    println!("{} ladders, {scans} scans: no difference", programs.len());
-    assert!(programs.len() >= 20);
+    let mut probe = Command::new("python3");
+    probe.args(["-c", "import pyrung.click"]);
+    if !usable(works("pip's pyrung", &mut probe)) {
+        return;
+    }
+    let count = setting("RUNGD_CLICK_LADDERS", 10);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/click/traces.py");
+    // Behind the numbers of the kept ones.
+    let arguments = [script.to_owned(), count.to_string(), "100".to_owned(), "1000".to_owned()];
+    let made = Command::new("python3").args(arguments).output().unwrap();
+    assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
+    assert_eq!(compare_all(&String::from_utf8(made.stdout).unwrap()) as u64, count);
 }
