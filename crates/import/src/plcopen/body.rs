@@ -405,12 +405,17 @@ impl<'g> LadderBody<'_, 'g> {
         LocatedPlace { text: name, kind, place, variable: None, is_input: false }
     }
 
+    /// Whether a text is the name of a variable that the file does not declare.
+    pub(super) fn is_undeclared(&self, name: &str) -> bool {
+        name.chars().all(|c| c.is_alphanumeric() || c == '_')
+            && name.starts_with(|c: char| c.is_alphabetic() || c == '_')
+            && self.memory.variable(self.scope, name).is_none()
+    }
+
     /// The place that a text names; a bit that the file does not declare gets one.
     pub(super) fn locate(&mut self, text: &str, is_bit: bool) -> Result<LocatedPlace, String> {
         let name = text.trim();
-        let is_name = name.chars().all(|c| c.is_alphanumeric() || c == '_')
-            && name.starts_with(|c: char| c.is_alphabetic() || c == '_');
-        if is_bit && is_name && self.memory.variable(self.scope, name).is_none() {
+        if is_bit && self.is_undeclared(name) {
             self.memory.guess(self.scope, name);
         }
         let located = self.memory.locate(self.scope, name)?;

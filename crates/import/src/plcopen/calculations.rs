@@ -36,17 +36,26 @@ pub(super) fn literal_or_place(text: &str) -> bool {
     begins.chars().all(|c| c.is_ascii_alphanumeric() || "_.[]$".contains(c))
 }
 
+/// Whether a function compares.
+pub(super) fn is_compare(name: &str) -> bool {
+    compare_operator(name).is_some()
+}
+
+fn compare_operator(name: &str) -> Option<&'static str> {
+    match name {
+        "GT" => Some(">"),
+        "GE" => Some(">="),
+        "EQ" => Some("=="),
+        "NE" => Some("!="),
+        "LE" => Some("<="),
+        "LT" => Some("<"),
+        _ => None,
+    }
+}
+
 /// A compare of several values, each with the next.
 pub(super) fn compared(name: &str, values: &[IecFormula]) -> Option<RungCondition> {
-    let operator = match name {
-        "GT" => ">",
-        "GE" => ">=",
-        "EQ" => "==",
-        "NE" => "!=",
-        "LE" => "<=",
-        "LT" => "<",
-        _ => return None,
-    };
+    let operator = compare_operator(name)?;
     if values.len() < 2 || (name == "NE" && values.len() > 2) {
         return None;
     }

@@ -3,7 +3,8 @@
 
 use super::body::{BlockValue, LATER, LadderBody, UnitBlock};
 use super::calculations::{
-    FunctionCalculation, FunctionResult, calculated, compared, is_plain, literal_or_place,
+    FunctionCalculation, FunctionResult, calculated, compared, is_compare, is_plain,
+    literal_or_place,
 };
 use super::elements::{BlockElement, BlockPin, Connection, ElementBody};
 use super::formula::{FormulaType, IecFormula, are_mixed, common};
@@ -15,6 +16,8 @@ use crate::condition::RungCondition;
 
 /// Named where values of different types are calculated with each other.
 const MIXED: &str = "values of different types are calculated in the wider one";
+/// Named where a whole number is compared with `144.3`.
+const REAL_LITERAL: &str = "a whole number is compared with a REAL, which MatIEC refuses";
 
 impl LadderBody<'_, '_> {
     /// Executes a function; a target gets its result directly.
@@ -177,6 +180,9 @@ impl LadderBody<'_, '_> {
         let is_kept = self.needs.keeps_all || self.needs.kept.contains(&output);
         match self.own.kinds.get(&output).copied() {
             Some(kind) if is_kept => Ok(BlockValue::Kept(self.result_tag(output, kind))),
+            None if is_kept && self.is_bit_output(output) => {
+                Ok(BlockValue::Kept(self.result_tag(output, IecType::Bool)))
+            }
             None if is_kept => Err("a value of a function that is not translated".to_owned()),
             Some(_) | None => Err(LATER.to_owned()),
         }
@@ -422,6 +428,12 @@ impl LadderBody<'_, '_> {
         values: Vec<IecFormula>,
     ) -> Result<(IecType, Vec<IecFormula>), String> {
         let kind = common(&values)?;
+        let is_real =
+            |value: &IecFormula| matches!(value.kind, FormulaType::Literal(IecLiteral::Real(_)));
+        if matches!(kind, IecType::Whole { .. }) && is_compare(name) && values.iter().any(is_real) {
+            self.differences.insert(REAL_LITERAL.to_owned());
+            return Ok((kind, values));
+        }
         if are_mixed(&values) && name != "MOVE" {
             self.differences.insert(MIXED.to_owned());
         }

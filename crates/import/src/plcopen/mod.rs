@@ -13,6 +13,7 @@ mod conversions;
 mod dispatch;
 mod document;
 mod elements;
+mod feedback;
 mod finish;
 mod formula;
 mod functions;

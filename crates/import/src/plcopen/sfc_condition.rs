@@ -79,6 +79,7 @@ impl LadderBody<'_, '_> {
         let TextCondition::Value(text) = text else { return Ok(true) };
         match literal(text) {
             Some(literal) => Ok(matches!(literal, IecLiteral::Bool(_))),
+            None if self.is_undeclared(text) => Ok(true),
             None => Ok(self.read(text, false)?.kind == IecType::Bool),
         }
     }

@@ -130,6 +130,70 @@ fn a_bit_that_the_file_does_not_declare_is_a_named_difference() {
     assert_eq!(found, Fate::Different(vec!["`a` is not declared: taken as a BOOL".to_owned()]));
 }
 
+/// A block with one input or several; `outputs` are those that it has.
+fn block(id: u32, kind: &str, inputs: &[(&str, &str)], outputs: &[&str]) -> String {
+    let input = |(name, connection): &(&str, &str)| {
+        format!(
+            "<variable formalParameter=\"{name}\"><connectionPointIn><connection {connection}/>\
+             </connectionPointIn></variable>"
+        )
+    };
+    let output = |name: &&str| format!("<variable formalParameter=\"{name}\"/>");
+    let (inputs, outputs): (String, String) =
+        (inputs.iter().map(input).collect(), outputs.iter().map(output).collect());
+    let instance = if kind == "TON" { "instanceName=\"delay\"" } else { "" };
+    format!(
+        "<block localId=\"{id}\" typeName=\"{kind}\" {instance}><position x=\"50\" y=\"10\"/>\
+         <inputVariables>{inputs}</inputVariables><inOutVariables/><outputVariables>{outputs}\
+         </outputVariables></block>"
+    )
+}
+
+fn literal(id: u32, text: &str) -> String {
+    format!(
+        "<inVariable localId=\"{id}\"><position x=\"0\" y=\"60\"/><expression>{text}</expression>\
+         </inVariable>"
+    )
+}
+
+#[test]
+fn a_not_that_leads_over_a_timer_to_itself_gives_the_timer_its_value_of_the_last_scan() {
+    let delay = [("IN", "refLocalId=\"2\" formalParameter=\"OUT\""), ("PT", "refLocalId=\"4\"")];
+    let ladder = block(2, "NOT", &[("IN", "refLocalId=\"3\" formalParameter=\"Q\"")], &["OUT"])
+        + &block(3, "TON", &delay, &["Q", "ET"])
+        + &literal(4, "T#20ms")
+        + &coil(5, "out", &[2]);
+    let variables =
+        bits(&["out"]) + "<variable name=\"delay\"><type><derived name=\"TON\"/></type></variable>";
+    let project = made(&variables, &ladder);
+    assert_eq!(project.outcome.rungs[0].fate, Fate::Exact);
+    let mut plc = plant::started(&project);
+    let mut shown = String::new();
+    for scan in 0..8 {
+        plant::scan(&mut plc, scan * 10, &[]);
+        shown.push(if plc.value("out") == 1 { '#' } else { '.' });
+    }
+    assert_eq!(shown, "###.###.");
+}
+
+#[test]
+fn a_whole_number_beside_a_real_in_a_compare_is_a_named_difference() {
+    let inputs = [("IN1", "refLocalId=\"4\""), ("IN2", "refLocalId=\"5\"")];
+    let ladder = block(2, "GT", &inputs, &["OUT"])
+        + &literal(4, "n")
+        + &literal(5, "144.3")
+        + &coil(3, "out", &[2]);
+    let project =
+        made(&(bits(&["out"]) + "<variable name=\"n\"><type><INT/></type></variable>"), &ladder);
+    let why = "a whole number is compared with a REAL, which MatIEC refuses".to_owned();
+    assert_eq!(project.outcome.rungs[0].fate, Fate::Different(vec![why]));
+    let mut plc = plant::started(&project);
+    for (n, wanted) in [(144, 0), (145, 1), (-145, 0)] {
+        plant::scan(&mut plc, 0, &[("n".to_owned(), n)]);
+        assert_eq!(plc.value("out"), wanted, "{n}");
+    }
+}
+
 #[test]
 fn programs_in_other_languages_are_named_and_open() {
     let text = "<project xmlns=\"http://www.plcopen.org/xml/tc6_0201\"><types><pous><pou \

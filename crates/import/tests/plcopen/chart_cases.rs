@@ -121,6 +121,16 @@ fn a_chart_goes_on_by_one_step_a_scan() {
     }
 }
 
+#[test]
+fn a_transition_may_compare_a_bit_that_the_file_does_not_declare() {
+    let chart = [step(1, "One", &[]), transition(2, "go = 1", &[1]), step(3, "Two", &[2])];
+    let project = made(&[], "", &chart.concat());
+    let why = "`go` is not declared: taken as a BOOL".to_owned();
+    assert_eq!(fate(&project, "transition One to Two"), Fate::Different(vec![why]));
+    let mut plc = plant::started(&project);
+    assert_eq!(trace(&mut plc, "Two.X", 4, &[(1, "go", 1)]), ".###");
+}
+
 /// Two transitions of one step, with what stands before their conditions.
 fn selection(first: &str, second: &str, conditions: [&str; 2]) -> ForeignProject {
     let chart = [
