@@ -188,7 +188,7 @@ impl<'t> WordReader<'t> {
             Slot::Placeholders => self.placeholders(whole),
             Slot::Type if is_type_name(&self.text[whole.clone()]) => {}
             Slot::Type => self.push(whole, FileWordRole::Type),
-            Slot::Other => {}
+            Slot::Initial | Slot::Other => {}
         }
     }
 

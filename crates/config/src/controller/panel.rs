@@ -11,6 +11,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{Fix, FixEdit, Help, possible};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Span;
 use rungd_language::source::value_kind::{KeyWords, WrongWord};
 
@@ -196,6 +197,20 @@ impl WidgetKind {
         }
     }
 
+    /// What the text of the key stands for.
+    fn shown(self) -> Slot {
+        match self {
+            WidgetKind::Alarms | WidgetKind::Mimic => Slot::Other,
+            WidgetKind::Lamp
+            | WidgetKind::Button
+            | WidgetKind::Hold
+            | WidgetKind::Value
+            | WidgetKind::Bar
+            | WidgetKind::Trend
+            | WidgetKind::Recipe => Slot::Operand,
+        }
+    }
+
     /// Whether it has `min` and `max`.
     fn ends(self) -> EndsOfKind {
         match self {
@@ -263,7 +278,9 @@ pub(super) fn read_panel(mut table: Table<'_>) -> WrittenPanel {
 fn read_widget(mut table: Table<'_>) -> Option<(Widget, Text)> {
     table.together(ONE_KIND);
     let shows = WidgetKind::ALL.into_iter();
-    let shows = shows.filter_map(|kind| Some((kind, table.string(key(kind.key(), kind.doc()))?)));
+    let shows = shows.filter_map(|kind| {
+        Some((kind, table.string(key(kind.key(), kind.doc()).holds(kind.shown()))?))
+    });
     let shows: Vec<(WidgetKind, Text)> = shows.collect();
     let text = table.string(key("text", "Its label; the operand if not given."));
     let question = key(CONFIRM, "The question of a button before it sends its command.");

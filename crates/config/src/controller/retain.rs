@@ -5,6 +5,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, pair};
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::{Located, Span};
 use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, WrongWord};
 
@@ -81,12 +82,19 @@ const COLD_START: KeyWords<bool> = KeyWords::new(&[("run", true), ("stop", false
 
 fn read(mut table: Table<'_>, memory: Key) -> WrittenRetain {
     let default = Retention::default();
-    let ranges = table.strings(key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`."));
-    let tags = table.strings(key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name."));
-    let stages = table.strings(key(
-        "stages",
-        "Programs whose Stages a restart keeps: `Batch`, `Flush*`; `*` is any part of a name.",
-    ));
+    let ranges = table.strings(
+        key("ranges", "Data and structures: `CT8..CT15`, `D100..D199`.").holds(Slot::Operand),
+    );
+    let tags = table.strings(
+        key("tags", "Tags: `shift`, `total_*`; `*` is any part of a name.").holds(Slot::Operand),
+    );
+    let stages = table.strings(
+        key(
+            "stages",
+            "Programs whose Stages a restart keeps: `Batch`, `Flush*`; `*` is any part of a name.",
+        )
+        .holds(Slot::Block),
+    );
     keeps_nothing(&table, [ranges.as_ref(), tags.as_ref(), stages.as_ref()]);
     let interval =
         key("interval", "The shortest time between two writes of changes; 1s if not given.");

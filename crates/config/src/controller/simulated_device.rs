@@ -13,6 +13,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, pair, possible};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::{Located, Span};
 
 /// `[[simulated-device]]`: a rule that moves one input.
@@ -65,18 +66,21 @@ fn read(mut table: Table<'_>) -> WrittenRule {
     table.together(PULSES_OR_FOLLOWS);
     let rule = WrittenRule {
         span: table.span(),
-        input: table.required_string(key("input", "The input that moves: an X, or a tag of one.")),
+        input: table.required_string(
+            key("input", "The input that moves: an X, or a tag of one.").holds(Slot::Operand),
+        ),
         pulse_ms: table.duration(key("pulse", "The length of each pulse.")),
         every_ms: table.duration(key("every", "The time between the beginnings of two pulses.")),
         offset_ms: table.duration(key("offset", "When the first pulse begins.")),
-        follows: table.string(key("follows", "The bit that it follows.")),
+        follows: table.string(key("follows", "The bit that it follows.").holds(Slot::Operand)),
         after_ms: table
             .duration(key("after", "How long that bit is ON before the input comes ON.")),
         release_ms: table.duration(key(
             "release",
             "How long that bit is OFF before the input goes OFF; `after` if not given.",
         )),
-        while_on: table.string(key("while", "It moves only while this bit is ON.")),
+        while_on: table
+            .string(key("while", "It moves only while this bit is ON.").holds(Slot::Operand)),
         invert: table
             .boolean(key("invert", "ON where the rule says OFF."))
             .is_some_and(|invert| invert.value),

@@ -16,6 +16,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::one_of;
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Span;
 
 /// `[[simulated]]`: the own side of a Modbus device.
@@ -112,12 +113,15 @@ pub fn read_in(root: &mut Table<'_>) -> Vec<WrittenSimulated> {
 fn read_one(mut table: Table<'_>) -> WrittenSimulated {
     table.require("device", "\"drive1\"");
     table.require("ladder", "[\"drive.toml\"]");
-    let device = table.string(key("device", "The field device of the controller, by its name."));
+    let device = table.string(
+        key("device", "The field device of the controller, by its name.").holds(Slot::Device),
+    );
     let ladder = key(
         "ladder",
         "The ladder files of the device, relative to this file. Its holding register 0 is MHR1 \
          there, its input register 0 MIR1, its coil 0 MC1, its discrete input 0 MI1.",
-    );
+    )
+    .holds(Slot::DeviceLadder);
     let period = key("period", "The time between two scans of this ladder; 10ms if not given.");
     let side = WrittenSideLadder::read(&mut table, ladder, period);
     table.finish();

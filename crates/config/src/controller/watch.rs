@@ -19,6 +19,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Span;
 use rungd_language::source::value_kind::{KeyWords, Millis, WrongWord};
 use rungd_language::source::was;
@@ -112,13 +113,13 @@ fn read_watch(mut table: Table<'_>) -> WrittenWatch {
     let ack = "The bit that an acknowledgement turns ON; the ladder turns it OFF.";
     let watch = WrittenWatch {
         name: table.required_string(key("name", "Its name: that of its alarm.")),
-        always: table.required_string(key("always", always)),
+        always: table.required_string(key("always", always).holds(Slot::Condition)),
         text: table.string(key("text", text)),
         priority: table.value_of(key("priority", priority), &PRIORITIES),
         delay_ms: table.value_of(key("delay", delay), &Millis::ANY),
         off_delay_ms: table.value_of(key("off-delay", off_delay), &Millis::ANY),
         group: table.string(key("group", "The part of the machine that the alarm is of.")),
-        ack: table.string(key("ack", ack)),
+        ack: table.string(key("ack", ack).holds(Slot::Operand)),
     };
     table.finish();
     watch

@@ -19,6 +19,7 @@ use rungd_language::source::key::key;
 use rungd_language::source::nearest::KnownNames;
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::renaming;
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Span;
 use rungd_language::source::value_kind::Millis;
 use rungd_runtime::exchange::BATCH_WRITES_MAX;
@@ -99,10 +100,12 @@ pub(super) fn read_in(root: &mut Table<'_>) -> WrittenWeb {
     let mut web = WrittenWeb::default();
     let explained = key("web", "What people at `rungd web` may do.");
     if let Some(mut table) = root.table(explained, "`[web]`") {
-        web.write =
-            table.texts(key("write", "The bits and words that a user who operates may write."));
+        web.write = table.texts(
+            key("write", "The bits and words that a user who operates may write.")
+                .holds(Slot::Operand),
+        );
         let service = "The bits and words that only a user with the role `service` may write.";
-        web.write_service = table.texts(key("write-service", service));
+        web.write_service = table.texts(key("write-service", service).holds(Slot::Operand));
         let sign_out = "Who does nothing for this time may only look until the next sign-in; never \
                         if not given.";
         web.sign_out_ms = table.value_of(key("sign-out", sign_out), &Millis::some("5m"));

@@ -27,6 +27,7 @@ use rungd_language::source::lost::LostText;
 use rungd_language::source::reader::{self, Table, Text};
 use rungd_language::source::room::LoadRoom;
 use rungd_language::source::shape::TableShape;
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::{FileId, Located, Span};
 use rungd_language::source::value_kind::{Millis, Periods};
 
@@ -141,8 +142,10 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenController {
     let controller = WrittenController {
         strings: root.all_strings(),
         ladder: read_ladders(&mut root),
-        order: root
-            .strings(key("order", "The scan order of all Programs and Tasks of all ladder files.")),
+        order: root.strings(
+            key("order", "The scan order of all Programs and Tasks of all ladder files.")
+                .holds(Slot::Block),
+        ),
         memory: memory::read_in(&mut root),
         scan: read_scan(&mut root, file),
         realtime: realtime::read_in(&mut root),
@@ -172,8 +175,8 @@ fn read_outputs(root: &mut Table<'_>) -> SafeOutputs {
         return SafeOutputs::default();
     };
     let outputs = SafeOutputs {
-        on: table.texts(key("on", "Outputs that are ON in the safe state.")),
-        hold: table.texts(key("hold", "Outputs that keep their value.")),
+        on: table.texts(key("on", "Outputs that are ON in the safe state.").holds(Slot::Operand)),
+        hold: table.texts(key("hold", "Outputs that keep their value.").holds(Slot::Operand)),
     };
     table.finish();
     outputs
@@ -193,7 +196,8 @@ fn read_probation(root: &mut Table<'_>) -> u32 {
 }
 
 fn read_ladders(root: &mut Table<'_>) -> Vec<Text> {
-    let explained = key("ladder", "The ladder files, relative to this file: one program.");
+    let explained =
+        key("ladder", "The ladder files, relative to this file: one program.").holds(Slot::File);
     root.some_texts(explained, |span| {
         let finding = Finding::new(Code::Controller, span, "no ladder file is named");
         finding.propose(pair("ladder = [\"ladder.toml\"]"))

@@ -9,6 +9,7 @@ use rungd_language::source::contact::WrittenContact;
 use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Span;
 
 /// The maximum number of outputs of an interlock.
@@ -24,7 +25,8 @@ pub(super) fn read(root: &mut Table<'_>) -> Vec<Vec<Text>> {
 
 fn read_one(mut table: Table<'_>) -> Vec<Text> {
     table.require("outputs", "[\"up\", \"down\"]");
-    let explained = key("outputs", "Bits, by name: two or more.").limited(SEVERAL);
+    let explained =
+        key("outputs", "Bits, by name: two or more.").limited(SEVERAL).holds(Slot::Operand);
     let Some(outputs) = table.strings(explained) else { return Vec::new() };
     let (count, place) = (outputs.value.len(), outputs.span);
     if !(2..=OUTPUTS_MAX).contains(&count) && !table.doc().has_finding_in(place) {

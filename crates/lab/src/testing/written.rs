@@ -15,6 +15,7 @@ use rungd_language::source::lost::LostText;
 use rungd_language::source::observer;
 use rungd_language::source::reader::{self, Constant, Table, Text, TextOrTable};
 use rungd_language::source::shape::TableShape;
+use rungd_language::source::slot::{DeclaredKind, KeySlot, Slot};
 use rungd_language::source::span::{FileId, Located, Span};
 
 /// The maximum number of tests of a file.
@@ -143,7 +144,8 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
     root.together(ONE_OF_BOTH);
     let lost = root.doc().lost();
     let bench = read_bench(&mut root, file);
-    let conditions = key("always", "Contacts that must be ON at the end of every scan.");
+    let conditions =
+        key("always", "Contacts that must be ON at the end of every scan.").holds(Slot::Condition);
     let always = root.strings(conditions).map_or(Vec::new(), |texts| texts.value);
     let always = plain(&root, always, Code::ContactSyntax, "a condition");
     let interlocks = interlock::read(&mut root);
@@ -176,13 +178,15 @@ fn read_root(mut root: Table<'_>, file: FileId) -> WrittenSuite {
 /// `ladder` with `period` and `[retain]`, or `controller`.
 fn read_bench(root: &mut Table<'_>, file: FileId) -> Option<WrittenBench> {
     let ladder = root.strings(
-        key("ladder", "The ladder files, relative to this file: one program.").limited(NOT_EMPTY),
+        key("ladder", "The ladder files, relative to this file: one program.")
+            .limited(NOT_EMPTY)
+            .holds(Slot::File),
     );
     let controller = root.string(key(
         "controller",
         "The controller file, relative to this file: its ladders, period, memory, retention, and \
          its simulated devices.",
-    ));
+    ).holds(Slot::File));
     let names = ladder.as_ref().map_or(Vec::new(), |ladder| ladder.value.clone());
     let settings = test_settings::read(root, names, file);
     let finding = |place, message: &str| Finding::new(Code::TestFile, place, message);
@@ -228,7 +232,8 @@ fn read_scenario(mut table: Table<'_>) -> WrittenScenario {
     let name = read_name(&mut table);
     let set = read_set(&mut table);
     table.require("steps", "[\"run 1s\"]");
-    let steps = table.strings(key("steps", "The steps and the conditions, in this order."));
+    let steps = table
+        .strings(key("steps", "The steps and the conditions, in this order.").holds(Slot::Step));
     if let Some(steps) = &steps
         && steps.value.is_empty()
         && !table.doc().has_finding_in(steps.span)
@@ -301,8 +306,9 @@ const RUNS_MAX: i64 = 1_000_000;
 const SCANS_MAX: i64 = 1_000_000_000;
 
 fn read_name(table: &mut Table<'_>) -> Option<Text> {
-    let name =
-        table.required_string(key("name", "Its name; unique in this file.").limited(NAME))?;
+    let name = table.required_string(
+        key("name", "Its name; unique in this file.").limited(NAME).declares(DeclaredKind::Test),
+    )?;
     if name.text.trim().is_empty() {
         let finding = Finding::new(Code::TestFile, name.span, "an empty name");
         let example = pair("name = \"a full crate is pushed out\"").possible();
@@ -315,14 +321,18 @@ fn read_name(table: &mut Table<'_>) -> Option<Text> {
 fn read_set(table: &mut Table<'_>) -> WrittenSet {
     let set = key("set", "Inputs and memory before the first scan, by name.");
     let Some(mut set) = table.table(set, "`set`") else { return Vec::new() };
-    set.constants_by_name(key("*", "A tag or an address, and its value: `true`, `3`, `\"2s\"`."))
+    set.constants_by_name(
+        key("*", "A tag or an address, and its value: `true`, `3`, `\"2s\"`.")
+            .named(KeySlot::Operand),
+    )
 }
 
 fn read_changes(mut table: Table<'_>) -> Vec<(Text, WrittenChange)> {
     let any: Key = key(
         "*",
         "A tag or an address. A bit: the probability with which it toggles in a scan, `\"1%\"`.",
-    );
+    )
+    .named(KeySlot::Operand);
     let entries = table.texts_or_tables(any, "a change");
     let entries = entries.into_iter().map(|(name, entry)| match entry {
         TextOrTable::Text(text) => (name, WrittenChange::Toggle(text)),

@@ -7,6 +7,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{advise, pair};
 use rungd_language::source::key::key;
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::Located;
 use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, ValueKind, WrongWord};
 
@@ -95,10 +96,13 @@ impl Default for WrittenProve {
 pub(super) fn read(root: &mut Table<'_>) -> Option<WrittenProve> {
     let explained = key("prove", "What `rungd prove` assumes, and what it asks beside `always`.");
     let mut table = root.table(explained, "`[prove]`")?;
-    let inputs = table.strings(key(
-        "inputs",
-        "What may change before each scan; if not given, every input that a line depends on.",
-    ));
+    let inputs = table.strings(
+        key(
+            "inputs",
+            "What may change before each scan; if not given, every input that a line depends on.",
+        )
+        .holds(Slot::Operand),
+    );
     let assume = "Contacts that are ON in every scan: only such inputs come. They are judged \
                   before the rungs, so what the ladder writes has its value of the scan before.";
     let can = "Contacts that some sequence of inputs turns ON, from every state that can be \
@@ -126,7 +130,7 @@ pub(super) fn read(root: &mut Table<'_>) -> Option<WrittenProve> {
     });
     let events = events.collect();
     let names = |table: &mut Table<'_>, name, explained| {
-        table.strings(key(name, explained)).map_or(Vec::new(), |all| all.value)
+        table.strings(key(name, explained).holds(Slot::Operand)).map_or(Vec::new(), |all| all.value)
     };
     let writable =
         names(&mut table, "writable", "What an operator writes, with `writes` in `events`.");
@@ -159,7 +163,9 @@ pub(super) fn read(root: &mut Table<'_>) -> Option<WrittenProve> {
 }
 
 fn conditions(table: &mut Table<'_>, name: &'static str, explained: &'static str) -> Vec<Text> {
-    let texts = table.strings(key(name, explained)).map_or(Vec::new(), |texts| texts.value);
+    let texts = table
+        .strings(key(name, explained).holds(Slot::Condition))
+        .map_or(Vec::new(), |texts| texts.value);
     plain(table, texts, Code::ContactSyntax, "a condition")
 }
 

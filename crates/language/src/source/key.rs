@@ -1,7 +1,11 @@
-//! A key of a file, with its explanation. The getters of [`super::table::Table`] receive a [`Key`].
+//! A key of a file, with its explanation and its meaning. The getters of
+//! [`super::table::Table`] receive a [`Key`].
 //!
 //! [`super::shape`] collects the keys by reading an empty table. `rungd schema` makes a JSON Schema
-//! from them, so that editors show the explanation of a key.
+//! from them, so that editors show the explanation of a key; `rungd lsp` finds names by the
+//! meaning.
+
+use super::slot::{DeclaredKind, KeySlot, Slot};
 
 /// A key and its explanation.
 #[derive(Clone, Copy, Debug)]
@@ -12,6 +16,10 @@ pub struct Key {
     pub doc: &'static str,
     /// The limits of its value, beyond its type.
     pub limit: KeyLimit,
+    /// What its value stands for.
+    pub value: Slot,
+    /// What it stands for itself, if it is any name.
+    pub named: KeySlot,
 }
 
 /// The limits of a key's value, beyond its type.
@@ -33,13 +41,33 @@ pub const BLOCK_NAME: &str = r#"{"pattern":"^[A-Za-z][A-Za-z0-9_-]*$"}"#;
 /// A key with its explanation.
 pub const fn key(name: &'static str, doc: &'static str) -> Key {
     assert!(!doc.is_empty(), "a key without an explanation");
-    Key { name, doc, limit: KeyLimit::None }
+    Key { name, doc, limit: KeyLimit::None, value: Slot::Other, named: KeySlot::Word }
 }
 
 impl Key {
     /// The same, limited by a JSON Schema.
     pub const fn limited(self, schema: &'static str) -> Key {
         Key { limit: KeyLimit::Schema(schema), ..self }
+    }
+
+    /// The same; its value stands for this.
+    pub const fn holds(self, value: Slot) -> Key {
+        Key { value, ..self }
+    }
+
+    /// The same; its value is the name of a declaration.
+    pub const fn declares(self, kind: DeclaredKind) -> Key {
+        self.holds(Slot::Declares(kind))
+    }
+
+    /// The same; it is any name, and stands for this.
+    pub const fn named(self, named: KeySlot) -> Key {
+        Key { named, ..self }
+    }
+
+    /// Whether it, or its value, is the name of a declaration.
+    pub(super) fn is_of_declaration(&self) -> bool {
+        matches!(self.value, Slot::Declares(_)) || matches!(self.named, KeySlot::Declares(_))
     }
 
     /// The same, refused.

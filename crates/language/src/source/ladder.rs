@@ -15,6 +15,7 @@ use super::room::LoadRoom;
 use super::rung::{self, USE, read_arguments};
 pub(crate) use super::rung::{Entry, Use, WrittenBranch, WrittenLeg, WrittenRung, WrittenStage};
 use super::shape::TableShape;
+use super::slot::{DeclaredKind, Slot};
 use super::span::{FileId, Located, Span};
 use super::tag::{self, TagTypes};
 pub use super::tag::{FieldOfTag, WrittenTag};
@@ -155,14 +156,20 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
     if let Some(mut head) = root.table(key("ladder", "What the file is."), "`[ladder]`") {
         ladder.name = head.string(key("name", "Shown in the log; the file's name if not given."));
         ladder.doc = head.string(key("doc", "What the program is for.")).map(|doc| doc.text);
-        ladder.order = head.strings(key("order", "The scan order: every Program and Task once."));
+        ladder.order = head.strings(
+            key("order", "The scan order: every Program and Task once.").holds(Slot::Block),
+        );
         ladder.allow = head
-            .strings(key("allow", "Names of warnings that are silenced in this file."))
+            .strings(
+                key("allow", "Names of warnings that are silenced in this file.")
+                    .holds(Slot::Allow),
+            )
             .map_or(Vec::new(), |allow| allow.value);
         ladder.devices = head
             .strings(
                 key("devices", "Names of field devices that a controller file has.")
-                    .limited(DEVICE_NAMES),
+                    .limited(DEVICE_NAMES)
+                    .holds(Slot::Device),
             )
             .map_or(Vec::new(), |names| names.value);
         head.finish();
@@ -195,7 +202,13 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
 }
 
 fn read_block(mut table: Table<'_>, form: BlockForm) -> WrittenBlock<Entry> {
-    let name = table.required_string(key("name", "Its name.").limited(BLOCK_NAME));
+    let declared = match form {
+        BlockForm::Program => DeclaredKind::Program,
+        BlockForm::Task => DeclaredKind::Task,
+        BlockForm::Subroutine => DeclaredKind::Subroutine,
+    };
+    let name = key("name", "Its name.").limited(BLOCK_NAME).declares(declared);
+    let name = table.required_string(name);
     let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let program = form == BlockForm::Program;
     let autostart = if program {

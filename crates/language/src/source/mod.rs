@@ -56,6 +56,7 @@ pub mod room;
 mod rung;
 pub mod shape;
 mod side_parser;
+pub mod slot;
 pub mod span;
 mod statements;
 mod strict;

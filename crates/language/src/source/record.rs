@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use super::key::key;
 use super::reader::{Table, Text};
+use super::slot::DeclaredKind;
 use super::span::Span;
 use super::tag::{self, WrittenTag};
 
@@ -34,7 +35,9 @@ pub(super) fn read(mut table: Table<'_>) -> WrittenRecord {
     table.require("fields", "{ … }");
     let record = WrittenRecord {
         span: table.span(),
-        name: table.required_string(key("name", "Its name, a `type` of tags.").limited(NAME)),
+        name: table.required_string(
+            key("name", "Its name, a `type` of tags.").limited(NAME).declares(DeclaredKind::Record),
+        ),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
         fields: tag::read_fields(&mut table),
     };

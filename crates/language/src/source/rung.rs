@@ -11,6 +11,7 @@ use super::fix::{FixEdit, advise, pair, possible};
 use super::instruction::{self, WrittenInstruction};
 use super::key::{BLOCK_NAME, Key, NOT_EMPTY, key};
 use super::reader::{Table, Text};
+use super::slot::{DeclaredKind, KeySlot, Slot};
 use super::span::{Located, Span};
 
 /// A Stage. `R` is the type of its rungs: plain rungs (`WrittenRung`), or rungs and uses as written
@@ -106,13 +107,16 @@ const ONE_KIND_OF_LEGS: &str = r#"{"oneOf":[{"required":["when"]},{"required":["
 const UNTRANSLATED: Key =
     key("todo", "Why an import could not translate the rung that belongs here.");
 const WAS: Key = key("was", "The rung in the language from which it was imported.");
-pub(super) const USE: Key = key("use", "The name of a template; its rungs are inserted here.");
+pub(super) const USE: Key =
+    key("use", "The name of a template; its rungs are inserted here.").holds(Slot::Template);
 pub(super) const WITH: Key =
     key("with", "The arguments of the template, by the names of its parameters.");
 const ARGUMENT: Key = key(
     "*",
     "An argument: contacts, a name or a constant, depending on the type of the parameter.",
-);
+)
+.holds(Slot::Argument)
+.named(KeySlot::Parameter);
 
 /// Reads the rungs and uses of a table.
 pub(super) fn read_entries(table: &mut Table<'_>, rung: Key) -> Vec<Entry> {
@@ -130,8 +134,8 @@ pub(super) fn read_arguments(table: &mut Table<'_>) -> Vec<(Text, Option<Text>)>
 }
 
 fn read_stage(mut table: Table<'_>) -> WrittenStage<Entry> {
-    let name =
-        table.required_string(key("name", "Its name, unique in its program.").limited(BLOCK_NAME));
+    let name = key("name", "Its name, unique in its program.").limited(BLOCK_NAME);
+    let name = table.required_string(name.declares(DeclaredKind::Stage));
     let doc = table.string(key("doc", "What it does.")).map(|doc| doc.text);
     let rungs = read_entries(&mut table, key("rung", "Its rungs, executed while the stage is ON."));
     let span = table.span();
@@ -171,15 +175,15 @@ fn read_use(mut table: Table<'_>) -> Use {
 }
 
 fn read_allow(table: &mut Table<'_>) -> Vec<Text> {
-    let allow = key("allow", "Names of warnings that are silenced here.");
+    let allow = key("allow", "Names of warnings that are silenced here.").holds(Slot::Allow);
     table.strings(allow).map_or(Vec::new(), |allow| allow.value)
 }
 
 fn read_rung(mut table: Table<'_>) -> WrittenRung {
     let (span, extent) = (table.span(), table.extent());
     table.together(ONE_KIND_OF_LEGS);
-    let name =
-        table.string(key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME));
+    let name = key("name", "A name in kebab-case, unique in its block.").limited(RUNG_NAME);
+    let name = table.string(name.declares(DeclaredKind::Rung));
     let doc = table.string(key("doc", "Why the rung is there.")).map(|doc| doc.text);
     let allow = read_allow(&mut table);
     if let (None, Some(span)) = (table.string(USE), table.key_span("with")) {
@@ -193,7 +197,9 @@ fn read_rung(mut table: Table<'_>) -> WrittenRung {
         .table(key("leg", "The legs of an instruction that has several.").limited(LEGS), "`leg`")
     {
         Some(mut legs) => legs.string_arrays(
-            key("*", "The contacts of this leg, in series.").limited(NOT_EMPTY),
+            key("*", "The contacts of this leg, in series.")
+                .limited(NOT_EMPTY)
+                .holds(Slot::Contacts),
             "leg.",
         ),
         None => Vec::new(),
@@ -284,7 +290,7 @@ fn no_instruction(what: &str, span: Span) -> Finding {
 
 fn read_when(table: &mut Table<'_>, when: Key) -> Option<WrittenLeg> {
     let key_span = table.key_span("when");
-    let (texts, key_span) = (table.strings(when)?, key_span?);
+    let (texts, key_span) = (table.strings(when.holds(Slot::Contacts))?, key_span?);
     let key = Text { text: "when".to_owned(), span: key_span, exact: true };
     Some(read_leg(table, key, texts))
 }
@@ -309,7 +315,7 @@ fn read_leg(table: &Table<'_>, key: Text, texts: Located<Vec<Text>>) -> WrittenL
 }
 
 fn read_body(table: &mut Table<'_>, body: Key) -> Vec<WrittenInstruction> {
-    let Some(texts) = table.strings(body) else { return Vec::new() };
+    let Some(texts) = table.strings(body.holds(Slot::Instruction)) else { return Vec::new() };
     let unread = table.doc().has_finding_in(texts.span);
     if texts.value.is_empty() && !table.has("branch") && !unread {
         table.find(no_instruction(table.place(), texts.span));

@@ -7,7 +7,11 @@
 use std::cell::{Ref, RefCell};
 use std::rc::Rc;
 
-use super::key::Key;
+use super::key::{Key, key};
+use super::slot::{KeySlot, Slot};
+
+/// A key in the `initial` of a tag.
+const FIELD: Key = key("*", "A field of the tag's record.").named(KeySlot::Field);
 
 /// The keys of a table. A clone shares the same record.
 #[derive(Clone, Debug, Default)]
@@ -113,6 +117,36 @@ impl TableShape {
             true => Some((key, form)),
             false => form.below()?.entry(rest),
         }
+    }
+
+    /// The key at the end of a path from this table on, also if the path has a mistake: a bracket
+    /// that is not closed, a header that is missing, a table that is written wrong.
+    pub fn key<'p>(&self, mut path: impl Iterator<Item = &'p str> + Clone) -> Option<Key> {
+        let whole = path.clone();
+        let first = path.next()?;
+        let is_last = path.clone().next().is_none();
+        let noted = self.noted();
+        let known = noted.keys.iter().find(|(key, _)| key.name == first);
+        match known.or(noted.others.as_ref()) {
+            Some((key, _)) if is_last => Some(*key),
+            Some((key, _)) if key.value == Slot::Initial => Some(FIELD),
+            Some((_, form)) => form.below().unwrap_or(self).key(path),
+            None if let Some(table) = self.with_key(first) => table.key(whole),
+            None => {
+                let table = self.with_key(path.clone().next()?)?;
+                table.key(path).filter(|key| !key.is_of_declaration())
+            }
+        }
+    }
+
+    /// This table, or the first one below it, that has a key which is not any name.
+    fn with_key(&self, name: &str) -> Option<TableShape> {
+        let noted = self.noted();
+        if noted.keys.iter().any(|(key, _)| key.name == name) {
+            return Some(self.clone());
+        }
+        let mut below = noted.keys.iter().filter_map(|(_, form)| form.below());
+        below.find_map(|below| below.with_key(name))
     }
 
     /// Records a key; a later record of the same key replaces the earlier one.

@@ -7,6 +7,7 @@ use std::ops::RangeInclusive;
 use super::fix::{Help, pair, write};
 use super::key::{Key, key};
 use super::reader::{Constant, InitialRecords, NamedTable, Table, Text, WrittenInitial};
+use super::slot::{DeclaredKind, KeySlot, Slot};
 use super::span::{FileId, Located};
 use super::value_kind::Millis;
 
@@ -153,11 +154,13 @@ const TAG_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","timer",
 const OBSERVER_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","timer","counter"]},
     {"pattern":"^[A-Za-z][A-Za-z0-9_]*$","not":{"const":"sensaphone"}}]}"#;
 
-/// The types that tags may have.
+/// The tags of a table, by what has them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TagTypes {
     /// Those of a ladder.
     OfLadder,
+    /// Those of a template: each use has its own.
+    OfTemplate,
     /// Those of an observer, which has no Sensaphone counters.
     OfObserver,
 }
@@ -165,8 +168,24 @@ pub(super) enum TagTypes {
 impl TagTypes {
     fn schema(self) -> &'static str {
         match self {
-            TagTypes::OfLadder => TAG_TYPES,
+            TagTypes::OfLadder | TagTypes::OfTemplate => TAG_TYPES,
             TagTypes::OfObserver => OBSERVER_TYPES,
+        }
+    }
+
+    /// The kind of declaration that each of them is.
+    fn declared(self) -> DeclaredKind {
+        match self {
+            TagTypes::OfLadder | TagTypes::OfObserver => DeclaredKind::Tag,
+            TagTypes::OfTemplate => DeclaredKind::OwnTag,
+        }
+    }
+
+    /// What their texts stand for.
+    fn text(self) -> Slot {
+        match self {
+            TagTypes::OfLadder | TagTypes::OfObserver => Slot::Other,
+            TagTypes::OfTemplate => Slot::Placeholders,
         }
     }
 }
@@ -217,7 +236,8 @@ pub(super) fn read_all(root: &mut Table<'_>, tags: Key, types: TagTypes) -> Vec<
         return Vec::new();
     };
     let any =
-        key("*", "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).");
+        key("*", "A tag: a name for an address (`at`), memory (`type`) or a constant (`value`).")
+            .named(KeySlot::Declares(types.declared()));
     let help = |name: &str, value: &str| {
         if value.starts_with('[') {
             return above(name);
@@ -234,14 +254,16 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> Writ
     table.together(
         r#"{"oneOf":[{"required":["at"]},{"required":["type"]},{"required":["value"]}]}"#,
     );
-    let at = table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`."));
+    let at =
+        table.string(key("at", "The address: `X0`, `D1`, `CT0`, `CT0.Acc`.").holds(Slot::Address));
     let count = table
         .integer(key("count", "The number of elements of an array that begins at `at`."), COUNT);
     let initial = key(
         "initial",
         "Its value after a cold start; 0 or OFF if not given. An array takes a list too, a value \
          for each element; a record a table of its fields' values.",
-    );
+    )
+    .holds(Slot::Initial);
     let WrittenInitial { one: initial, list: initials, records } = table.initial(initial);
     let mut tag = WrittenTag {
         name,
@@ -252,11 +274,12 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> Writ
                 "type",
                 "Its type; rungd gives the tag a place in memory, and the tag has no address.",
             )
-            .limited(types.schema()),
+            .limited(types.schema())
+            .holds(Slot::Type),
         ),
         value: table
             .constant(key("value", "A constant: a number, or a duration as `\"2s500ms\"`.")),
-        doc: table.string(DOC).map(|doc| doc.text),
+        doc: table.string(DOC.holds(types.text())).map(|doc| doc.text),
         unit: table.string(UNIT_KEY),
         texts: read_texts(&mut table),
         initial,
@@ -264,12 +287,12 @@ fn read_tag(NamedTable { name, table }: NamedTable<'_>, types: TagTypes) -> Writ
         records,
         min: table.constant(MIN),
         max: table.constant(MAX),
-        alarm: table.string(ALARM),
+        alarm: table.string(ALARM.holds(types.text())),
         priority: table.string(PRIORITY),
         delay: table.value(DELAY, &Millis::ANY),
         off_delay: table.value(OFF_DELAY, &Millis::ANY),
-        group: table.string(GROUP),
-        ack: table.string(ACK),
+        group: table.string(GROUP.holds(types.text())),
+        ack: table.string(ACK.holds(Slot::Operand)),
         log: table.string(LOG),
         metric: table.boolean(METRIC),
         spare: table.boolean(key("spare", "Unused on purpose: no warning.")),
@@ -299,7 +322,8 @@ fn read_texts(tag: &mut Table<'_>) -> Option<Located<Vec<WrittenText>>> {
 pub(super) fn read_fields(record: &mut Table<'_>) -> Vec<WrittenTag> {
     let fields = key("fields", "Its fields: a name and a `type` each.").limited(TAG_NAME);
     let Some(mut fields) = record.table(fields, "`[record.fields]`") else { return Vec::new() };
-    let any = key("*", "A field: each tag of the record has a bit, word or structure for it.");
+    let any = key("*", "A field: each tag of the record has a bit, word or structure for it.")
+        .named(KeySlot::Declares(DeclaredKind::Field));
     let help = |name: &str, value: &str| match value.as_bytes() {
         [b'[', ..] => above(name),
         _ => write(pair(format!("{name} = {{ type = \"int\" }}"))),
@@ -310,7 +334,7 @@ pub(super) fn read_fields(record: &mut Table<'_>) -> Vec<WrittenTag> {
 
 fn read_field(NamedTable { name, table }: NamedTable<'_>) -> WrittenTag {
     let Some(mut table) = table else { return WrittenTag::unreadable(name) };
-    let kind = key("type", "Its type.").limited(FIELD_TYPES);
+    let kind = key("type", "Its type.").limited(FIELD_TYPES).holds(Slot::Type);
     let field = WrittenTag {
         name,
         kind: table.required_string(kind),

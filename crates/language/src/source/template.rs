@@ -6,6 +6,7 @@ use super::fix::{pair, propose, write};
 use super::key::{BLOCK_NAME, key};
 use super::reader::{NamedTable, Table, Text};
 use super::rung::{self, Entry, WrittenStage};
+use super::slot::{DeclaredKind, KeySlot, Slot};
 use super::span::Span;
 use super::tag::{self, TagTypes, WrittenTag};
 
@@ -52,12 +53,14 @@ const NAME: &str = r#"{"propertyNames":{"pattern":"^[A-Za-z][A-Za-z0-9_]*$"}}"#;
 pub(super) fn read(mut table: Table<'_>) -> Template {
     let template = Template {
         span: table.span(),
-        name: table.required_string(key("name", "Its name.").limited(BLOCK_NAME)),
+        name: table.required_string(
+            key("name", "Its name.").limited(BLOCK_NAME).declares(DeclaredKind::Template),
+        ),
         parameters: read_parameters(&mut table),
         tags: tag::read_all(
             &mut table,
             key("tags", "Tags; each use has its own."),
-            TagTypes::OfLadder,
+            TagTypes::OfTemplate,
         ),
         rungs: rung::read_entries(&mut table, key("rung", "Its rungs, in the place of a use.")),
         stages: {
@@ -76,7 +79,8 @@ fn read_parameters(table: &mut Table<'_>) -> Vec<Parameter> {
     let Some(mut parameters) = table.table(parameters, "`[template.parameters]`") else {
         return Vec::new();
     };
-    let any = key("*", "A parameter: a name for an argument.");
+    let any = key("*", "A parameter: a name for an argument.")
+        .named(KeySlot::Declares(DeclaredKind::Parameter));
     let help = |name: &str, value: &str| match value.as_bytes() {
         [b'[', ..] => tag::above(name),
         [b'"', ..] => write(pair(format!("{name} = {{ type = {value} }}"))),
@@ -90,11 +94,13 @@ fn read_parameter(NamedTable { name, table }: NamedTable<'_>) -> Parameter {
     let Some(mut table) = table else {
         return Parameter { name, kind: None, default: None, doc: None };
     };
-    let kind = key("type", "The kind of argument that it accepts.").limited(TYPES);
+    let kind =
+        key("type", "The kind of argument that it accepts.").limited(TYPES).holds(Slot::Type);
     let parameter = Parameter {
         name,
         kind: table.required_string(kind),
-        default: table.scalar(key("default", "Its value if a use does not give it.")),
+        default: table
+            .scalar(key("default", "Its value if a use does not give it.").holds(Slot::Operand)),
         doc: table.string(key("doc", "What it is.")).map(|doc| doc.text),
     };
     table.finish();

@@ -5,7 +5,7 @@
 //! word.
 
 use super::scene::CompletionScene;
-use crate::slots::{KeySlot, of_key_path};
+use crate::slots::{KeySlot, of_next_key};
 
 /// How an item ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,7 +56,7 @@ pub(super) fn key(scene: &CompletionScene, typed: &str) -> Option<ItemEnd> {
     }
     // A pair follows. In braces a comma can separate the two pairs; on a line nothing can.
     let is_in_braces = before.ends_with(['{', ',']);
-    let slot = of_key_path(scene.file.kind, &scene.site.kind, &scene.keys());
+    let slot = of_next_key(scene.file.kind, &scene.site.kind, &scene.keys());
     // For an operand only the name is offered, and the name needs its value before a comma.
     (is_in_braces && slot != KeySlot::Operand).then_some(ItemEnd { end: scene.offset, comma: true })
 }

@@ -12,7 +12,7 @@ use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use super::shapes::{is_taken, skeleton, table};
 use crate::outline::KeyPair;
-use crate::slots::{FileKind, KeySlot, of_key_path};
+use crate::slots::{FileKind, KeySlot, of_next_key};
 use rungd_engine::isa::{LegName, Mnemonic};
 use rungd_language::source::shape::ValueForm;
 
@@ -30,7 +30,7 @@ pub(super) fn offer(scene: &CompletionScene, typed: &str, quoted: bool) -> Propo
     let (kind, keys) = (&scene.site.kind, scene.keys());
     let present = present(scene);
     let mut found = Proposals::of(typed);
-    match of_key_path(scene.file.kind, kind, &keys) {
+    match of_next_key(scene.file.kind, kind, &keys) {
         KeySlot::Parameter => {
             let bare = has_equals(scene);
             for parameter in lists::parameters(scene, typed, &present) {

@@ -38,7 +38,7 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
         Slot::Placeholders => placeholders(scene, before),
         Slot::Declares(_) => Proposals::of(before),
         Slot::Type => types(scene, before),
-        Slot::Other => words_of(scene, before),
+        Slot::Initial | Slot::Other => words_of(scene, before),
     }
 }
 

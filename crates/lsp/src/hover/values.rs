@@ -38,6 +38,7 @@ pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
             | Slot::Type
             | Slot::Operand
             | Slot::Point
+            | Slot::Initial
             | Slot::Placeholders
             | Slot::Other => None,
         }

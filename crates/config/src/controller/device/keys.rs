@@ -12,6 +12,7 @@ use rungd_language::source::finding::Finding;
 use rungd_language::source::key::{BLOCK_NAME, key};
 use rungd_language::source::reader::{Table, Text};
 use rungd_language::source::shape::ValueForm;
+use rungd_language::source::slot::{DeclaredKind, Slot};
 use rungd_language::source::value_kind::{KeyWords, Millis, ValueKind, WrongWord};
 
 /// The name of a driver.
@@ -43,7 +44,9 @@ pub(in crate::controller) fn read_in(root: &mut Table<'_>) -> Vec<WrittenDevice>
 fn read(mut table: Table<'_>) -> WrittenDevice {
     let span = table.span();
     let name = table.required_string(
-        key("name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits.").limited(BLOCK_NAME),
+        key("name", "Its name: `NAME.Ok` and `NAME.Stale` are its bits.")
+            .limited(BLOCK_NAME)
+            .declares(DeclaredKind::Device),
     );
     table.require("driver", "\"modbus-tcp\"");
     let name_of_driver = table.value_of(key("driver", "The driver that reaches it."), &DriverName);
@@ -74,11 +77,11 @@ fn read(mut table: Table<'_>) -> WrittenDevice {
 fn read_row(mut table: Table<'_>, drivers: &mut [Box<dyn DriverKeys>]) -> MapRow {
     let row = MapRow {
         span: table.span(),
-        from: table.required_string(key(
-            "from",
-            "The source of the values: points of the device, or bits and words.",
-        )),
-        to: table.required_string(key("to", "The destination of the values.")),
+        from: table.required_string(
+            key("from", "The source of the values: points of the device, or bits and words.")
+                .holds(Slot::Point),
+        ),
+        to: table.required_string(key("to", "The destination of the values.").holds(Slot::Point)),
         safe: table.constant(key(
             "safe",
             "The value in STOP and FAULT of an output that is not a Y; 0 if not given.",

@@ -13,6 +13,7 @@ use rungd_language::source::finding::{Code, Finding};
 use rungd_language::source::fix::{FixEdit, advise, pair, possible, propose};
 use rungd_language::source::key::{NOT_EMPTY, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::{Located, Span};
 use rungd_language::source::value_kind::{KeyWords, Millis, ParsedText, WrongWord};
 
@@ -113,8 +114,10 @@ fn read(mut table: Table<'_>) -> WrittenModbusServer {
     let explained =
         key("standard-map", "MC, MI, MHR and MIR have their standard places; true if not given.");
     settings.standard_map = table.flag(explained, settings.standard_map);
-    let writable =
-        table.texts(key("writable", "The ranges that every client may write; none if not given."));
+    let writable = table.texts(
+        key("writable", "The ranges that every client may write; none if not given.")
+            .holds(Slot::Operand),
+    );
     let explained =
         key("frame-timeout", "The time limit for a whole request, from its first byte.");
     let frame_timeout_ms = table.value_of(explained, &TIMEOUT);
@@ -170,10 +173,10 @@ fn read_image(table: &mut Table<'_>) -> [Option<Mapping>; 2] {
 
 fn read_entry(mut table: Table<'_>) -> WrittenMapEntry {
     let span = table.span();
-    let operand = table.required_string(key(
-        "operand",
-        "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag.",
-    ));
+    let operand = table.required_string(
+        key("operand", "A bit or word, or a range of them: `CT0.Acc`, `X0..X15`, a tag.")
+            .holds(Slot::Operand),
+    );
     table.require("table", "\"…\"");
     let kind_of_table = table.value_of(
         key("table", "For bits `coil` or `discrete`, for words `holding` or `input`."),
@@ -206,7 +209,7 @@ fn read_list(mut table: Table<'_>) -> WrittenWriteList {
             Finding::new(Code::Controller, span, message).fix(possible(FixEdit::Delete))
         }
     };
-    let explained = key("ranges", "The ranges that they may write.");
+    let explained = key("ranges", "The ranges that they may write.").holds(Slot::Operand);
     let ranges = table.some_texts(explained, nothing(explained.name));
     let explained = key("clients", "The clients: `10.0.0.5`, `192.168.1.0/24`, `fd00::/8`.");
     let clients = table.some_texts(explained, nothing(explained.name));
@@ -216,8 +219,8 @@ fn read_list(mut table: Table<'_>) -> WrittenWriteList {
 
 fn read_mapping(mut table: Table<'_>, [from, to]: [&'static str; 2]) -> Mapping {
     let span = table.span();
-    let from = table.required_string(key("from", from));
-    let to = table.required_string(key("to", to));
+    let from = table.required_string(key("from", from).holds(Slot::Operand));
+    let to = table.required_string(key("to", to).holds(Slot::Operand));
     table.finish();
     Mapping { span, from, to }
 }

@@ -4,6 +4,7 @@ use super::super::scaling::ScalingKeys;
 use crate::controller::side_ladder::WrittenSideLadder;
 use rungd_language::source::key::key;
 use rungd_language::source::reader::Table;
+use rungd_language::source::slot::Slot;
 
 /// The keys of a `[[device]]` for its ladder.
 #[derive(Clone, Debug, Default)]
@@ -29,7 +30,8 @@ impl LadderKeys {
         let ladder = key(
             "ladder",
             "`ladder`: the ladder files of the plant, relative to this file: a program of its own.",
-        );
+        )
+        .holds(Slot::DeviceLadder);
         let period = key(
             "period",
             "`ladder`: the time between two scans of the plant; the controller's if not given.",

@@ -8,6 +8,7 @@ use std::ops::RangeInclusive;
 use super::super::scaling::ScalingKeys;
 use rungd_language::source::key::{Key, key};
 use rungd_language::source::reader::{Table, Text};
+use rungd_language::source::slot::Slot;
 use rungd_language::source::span::{Located, Span};
 use rungd_language::source::value_kind::{KeyWords, WrongWord};
 
@@ -345,8 +346,10 @@ fn read_part(mut table: Table<'_>) -> WrittenPart {
         }
     }
     if is_of(&[PlantPartKind::Delay, PlantPartKind::Sensor, PlantPartKind::Pulse]) {
-        part.to =
-            table.string(key("to", "The bit that its `out` moves, if no row of the map has it."));
+        part.to = table.string(
+            key("to", "The bit that its `out` moves, if no row of the map has it.")
+                .holds(Slot::Point),
+        );
         part.invert = table.flag(key("invert", "Whether its output is inverted."), false);
     }
     table.finish();
@@ -357,6 +360,7 @@ impl WrittenPart {
     fn read(&mut self, table: &mut Table<'_>, key: Key, form: &PartKeyForm) {
         match form {
             PartKeyForm::Driven => {
+                let key = key.holds(Slot::Point);
                 self.driven.extend(table.string(key).map(|text| (key.name, vec![text])))
             }
             PartKeyForm::DrivenTogether => {
