@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, HashMap};
 
 use rungd_engine::isa::{Address, Bit, BlockId, DeviceBit, DeviceId};
-use rungd_language::resolve::program::{Block, BlockKind, Program, TagMeaning};
+use rungd_language::resolve::program::{Block, Program, TagMeaning};
 
 /// The members of a name, each with its full name, in the order of the file.
 type Members = Vec<(String, Address)>;
@@ -69,10 +69,9 @@ impl Groups {
 /// The members of a block: `.Running`, for a Task `.Done`, and the Stages.
 fn of_block(id: BlockId, block: &Block) -> Members {
     let name = |member: &str| format!("{}.{member}", block.name);
-    let mut members = vec![(name("Running"), Address::Bit(Bit::Running(id)))];
-    if block.kind != BlockKind::Program {
-        members.push((name("Done"), Address::Bit(Bit::Done(id))));
-    }
+    let own = block.kind.bits().iter();
+    let mut members: Members =
+        own.map(|bit| (name(bit.name()), Address::Bit(bit.of(id)))).collect();
     let stages = block.stages.iter();
     members.extend(stages.map(|stage| (name(&stage.name), Address::Bit(Bit::Stage(stage.id)))));
     members

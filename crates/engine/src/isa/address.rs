@@ -6,6 +6,7 @@
 
 use std::fmt;
 
+pub use super::own_bits::{BlockBit, DeviceBit};
 use super::real::Real;
 use super::space::{BitSpace, Space, WordSpace};
 pub use rungd_base::variants::all_variants;
@@ -30,15 +31,6 @@ pub struct ElementId {
 /// A field device, numbered in the order of the controller file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct DeviceId(pub u32);
-
-/// A status bit of a field device (`docs/devices.md`).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum DeviceBit {
-    /// Its last exchange succeeded.
-    Ok,
-    /// Its last good exchange, or the start if there was none yet, is longer ago than `loss-after`.
-    Stale,
-}
 
 /// A structure: a counter `CTn`, a timer `Tn` or a Sensaphone counter `Nn`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -319,21 +311,13 @@ impl Flag {
     }
 }
 
-impl DeviceBit {
-    /// All status bits of a device, in the order of their cells.
-    pub const ALL: [DeviceBit; 2] = all_variants![DeviceBit::Ok, DeviceBit::Stale];
-
-    /// The name as written after the dot.
-    pub fn name(self) -> &'static str {
+impl BlockBit {
+    /// The bit of a certain block.
+    pub fn of(self, block: BlockId) -> Bit {
         match self {
-            DeviceBit::Ok => "Ok",
-            DeviceBit::Stale => "Stale",
+            BlockBit::Running => Bit::Running(block),
+            BlockBit::Done => Bit::Done(block),
         }
-    }
-
-    /// The bit with this name.
-    pub fn from_name(name: &str) -> Option<DeviceBit> {
-        DeviceBit::ALL.into_iter().find(|health| health.name() == name)
     }
 }
 

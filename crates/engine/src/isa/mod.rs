@@ -17,6 +17,7 @@ pub(crate) mod instruction_table;
 pub(crate) mod maps;
 pub mod notation;
 pub(crate) mod number_ranges;
+pub mod own_bits;
 pub mod real;
 pub(crate) mod role;
 pub mod since;
@@ -24,14 +25,13 @@ pub(crate) mod space;
 pub mod status;
 
 pub use address::Flag;
-pub use address::{
-    Address, Bit, BlockId, DeviceBit, DeviceId, ElementId, StageId, Structure, Word, WordBit,
-};
+pub use address::{Address, Bit, BlockId, DeviceId, ElementId, StageId, Structure, Word, WordBit};
 pub use function::Function;
 pub use instruction::Spec;
 pub use instruction::{LegName, Mnemonic, OperandKind, OperandSpec};
 pub use maps::{NumberMap, NumberSet};
 pub use number_ranges::{NumberRange, NumberRanges};
+pub use own_bits::{BlockBit, DeviceBit};
 pub use real::{NearestReal, Real};
 pub use role::OperandRole;
 pub use space::{BitSpace, MemorySizes, Space, WordSpace};

@@ -1,5 +1,7 @@
 //! The kinds of blocks. Part of the resolved program and of its names.
 
+use rungd_engine::isa::BlockBit;
+
 /// The kind of a block; it determines when the block executes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -17,6 +19,19 @@ pub enum BlockKind {
 }
 
 impl BlockKind {
+    /// The bits that each block of this kind has.
+    pub fn bits(self) -> &'static [BlockBit] {
+        match self {
+            BlockKind::Program => &[BlockBit::Running],
+            BlockKind::Subroutine => &[],
+            BlockKind::Task
+            | BlockKind::FirstScan
+            | BlockKind::TopOfScan
+            | BlockKind::BottomOfScan
+            | BlockKind::LastScan => &BlockBit::ALL,
+        }
+    }
+
     /// Whether nothing starts or stops a block of this kind.
     pub fn is_built_in(self) -> bool {
         match self {

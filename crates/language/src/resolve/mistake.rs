@@ -9,7 +9,7 @@ use crate::source::fix::{
 use crate::source::nearest::{KnownNames, UnknownName, did_you_mean, nearest};
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::{self, AddressError};
-use rungd_engine::isa::{Address, Structure, Word};
+use rungd_engine::isa::{Address, DeviceBit, Structure, Word};
 
 /// The reason why a name has no meaning.
 #[derive(Debug)]
@@ -238,7 +238,7 @@ pub(super) fn bit_of_block(name: &str) -> Help {
 
 /// The bits of a device, each of which can be meant.
 pub(super) fn bits_of_device(name: &str) -> [Fix; 2] {
-    [format!("{name}.Ok"), format!("{name}.Stale")].map(possible)
+    DeviceBit::ALL.map(|bit| possible(format!("{name}.{}", bit.name())))
 }
 
 /// The help to declare a tag of one of some types; `others`: all but the first, in words.

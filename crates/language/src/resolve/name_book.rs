@@ -15,8 +15,8 @@ use super::tag::{OfArray, Tag, TagMeaning};
 use super::value_texts::{ValueTexts, with_text};
 use crate::source::indexed::{INDEX, IndexedName, with_index};
 use rungd_engine::isa::{
-    Address, Bit, BitSpace, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space, StageId,
-    Word, WordBit, WordSpace, status,
+    Address, Bit, BitSpace, BlockBit, BlockId, DeviceId, ElementId, NumberMap, NumberRange, Space,
+    StageId, Word, WordBit, WordSpace, status,
 };
 
 /// All names of a program.
@@ -196,8 +196,8 @@ impl NameBook {
     pub fn write_address(&self, address: Address, text: &mut String) {
         let (name, member) = match address {
             Address::Bit(Bit::Stage(id)) => return text.push_str(self.stage(id)),
-            Address::Bit(Bit::Running(id)) => (&*self.block(id).name, "Running"),
-            Address::Bit(Bit::Done(id)) => (&*self.block(id).name, "Done"),
+            Address::Bit(Bit::Running(id)) => (&*self.block(id).name, BlockBit::Running.name()),
+            Address::Bit(Bit::Done(id)) => (&*self.block(id).name, BlockBit::Done.name()),
             Address::Bit(Bit::Device(id, health)) => (self.device(id), health.name()),
             Address::Bit(Bit::Space(..) | Bit::Flag(..) | Bit::InWord(_))
             | Address::Word(_)

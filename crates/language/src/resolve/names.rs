@@ -11,7 +11,7 @@ use crate::source::reader::Text;
 use crate::source::renaming::plain;
 use crate::source::span::Span;
 use rungd_engine::isa::address_text::reads_as_address;
-use rungd_engine::isa::{Structure, instruction, since};
+use rungd_engine::isa::{BlockBit, Structure, instruction, since};
 
 /// The kind of thing that a name is declared for.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -117,7 +117,7 @@ pub(super) fn forbidden(name: &Text, role: NameRole) -> Option<Finding> {
         let finding = find(format!("`{text}` is a word of the language: `{text}(bit)`"))?;
         return Some(finding.fix(possible(format!("{what}_{text}"))));
     }
-    if role == NameRole::Stage && matches!(text, "Running" | "Done") {
+    if role == NameRole::Stage && BlockBit::from_name(text).is_some() {
         let finding = find(format!("`.{text}` is a bit of the block itself"))?;
         return Some(finding.fix(possible(format!("{what}_{text}"))));
     }

@@ -26,7 +26,7 @@ use crate::source::span::Span;
 use crate::source::was;
 use rungd_engine::isa::address_text::{self, AddressError, reads_as_address};
 use rungd_engine::isa::{
-    Address, Bit, BlockId, DeviceBit, DeviceId, MemorySizes, Real, StageId, Structure,
+    Address, Bit, BlockBit, BlockId, DeviceBit, DeviceId, MemorySizes, Real, StageId, Structure,
 };
 
 /// All names of one program.
@@ -83,18 +83,10 @@ impl BlockNames {
 
     /// The names that may follow the block's name and a dot.
     fn known_members(&self) -> &KnownNames {
-        let own = match self.kind.word() {
-            "program" => &BLOCK_BITS[..1],
-            "subroutine" => &[],
-            _ => &BLOCK_BITS[..],
-        };
-        self.known_members
-            .get_or_init(|| KnownNames::new(self.stage_names().chain(own.iter().copied())))
+        let own = self.kind.bits().iter().map(|bit| bit.name());
+        self.known_members.get_or_init(|| KnownNames::new(self.stage_names().chain(own)))
     }
 }
-
-/// The bits of a task.
-const BLOCK_BITS: [&str; 2] = ["Running", "Done"];
 
 /// A name at a place where the thing that it names does not belong.
 pub(crate) struct MisplacedName<'a> {
@@ -474,15 +466,12 @@ fn of_block(
         let help = "let its rungs set a bit of a tag";
         return Err(mistake(Code::UnknownMember, message, help));
     }
-    let bit = match member {
-        "Running" => Some(Bit::Running(block.id)),
-        "Done" if !program => Some(Bit::Done(block.id)),
-        _ => block.stages.get(member).map(|id| Bit::Stage(*id)),
-    };
-    if let Some(bit) = bit {
+    let own = block.kind.bits().iter().find(|bit| bit.name() == member);
+    let stage = || block.stages.get(member).map(|id| Bit::Stage(*id));
+    if let Some(bit) = own.map(|bit| bit.of(block.id)).or_else(stage) {
         return Ok(NamedThing::Address(Address::Bit(bit)));
     }
-    if program && member == "Done" {
+    if program && BlockBit::from_name(member).is_some() {
         let message = format!("`{base}` is a program, and only tasks have `.Done`");
         let help = propose(format!("!{base}.Running")).and(", or have its last stage SET a bit");
         return Err(mistake(Code::UnknownMember, message, help));

@@ -11,7 +11,9 @@ use super::scene::CompletionScene;
 use crate::names::Meaning;
 use crate::slots::DeclaredKind;
 use crate::tag_facts::TagFacts;
-use rungd_engine::isa::{Address, DeviceBit, MemorySizes, Structure, Word, address_text, status};
+use rungd_engine::isa::{
+    Address, BlockBit, DeviceBit, MemorySizes, Structure, Word, address_text, status,
+};
 
 /// Ranks, by the place of the declaration.
 const OWN: u8 = 1;
@@ -145,8 +147,8 @@ fn members_of(scene: &CompletionScene, at: usize, wish: WantedName, into: &mut P
         word_bits(word, wish, into);
     }
     match declared.kind {
-        DeclaredKind::Program => words(&["Running"], "bit of a program", into),
-        DeclaredKind::Task => words(&["Running", "Done"], "bit of a task", into),
+        DeclaredKind::Program => words(&[BlockBit::Running.name()], "bit of a program", into),
+        DeclaredKind::Task => words(&BlockBit::ALL.map(BlockBit::name), "bit of a task", into),
         DeclaredKind::Device => {
             words(&DeviceBit::ALL.map(DeviceBit::name), "bit of a field device", into);
         }

@@ -10,7 +10,9 @@ use super::super::tag_facts::TagFacts;
 use super::super::workspace::Cursor;
 use super::uses;
 use rungd_engine::isa::instruction::TABLE;
-use rungd_engine::isa::{Address, Bit, BitSpace, Mnemonic, Space, Spec, Word, WordSpace, status};
+use rungd_engine::isa::{
+    Address, Bit, BitSpace, BlockBit, DeviceBit, Mnemonic, Space, Spec, Word, WordSpace, status,
+};
 
 /// The meaning of a member after a name: `.Done` of `late.Done`.
 pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
@@ -28,8 +30,10 @@ pub(super) fn of_word(cursor: &Cursor, range: &Range<usize>) -> Option<String> {
     let name = cursor.file().slice(range.clone());
     let declared = &project.names.all[before];
     let meaning = match declared.kind {
-        DeclaredKind::Program | DeclaredKind::Task => of_block(name)?.to_owned(),
-        DeclaredKind::Device => of_device(name)?.to_owned(),
+        DeclaredKind::Program | DeclaredKind::Task => {
+            BlockBit::from_name(name)?.meaning().to_owned()
+        }
+        DeclaredKind::Device => DeviceBit::from_name(name)?.meaning().to_owned(),
         DeclaredKind::Tag
         | DeclaredKind::OwnTag
         | DeclaredKind::Parameter
@@ -61,22 +65,6 @@ pub(super) fn of_status(address: Address) -> Option<&'static str> {
         Address::Bit(Bit::Space(BitSpace::St, n)) => status::bit_meaning(n),
         Address::Word(Word::Space(WordSpace::Dst, n)) => status::word_meaning(n),
         Address::Bit(_) | Address::Word(_) | Address::Structure(_) => None,
-    }
-}
-
-fn of_block(name: &str) -> Option<&'static str> {
-    match name {
-        "Running" => Some("ON while the block runs"),
-        "Done" => Some("ON when the Task has run to its end"),
-        _ => None,
-    }
-}
-
-fn of_device(name: &str) -> Option<&'static str> {
-    match name {
-        "Ok" => Some("ON if the last exchange with the device succeeded"),
-        "Stale" => Some("ON if the last good exchange is longer ago than `loss-after`"),
-        _ => None,
     }
 }
 

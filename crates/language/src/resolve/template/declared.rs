@@ -20,6 +20,7 @@ use crate::source::reader::Text;
 use crate::source::record::Records;
 use crate::source::renaming;
 use crate::source::span::Span;
+use rungd_engine::isa::BlockBit;
 
 /// A template, with the data that its uses need.
 pub(super) struct Declared<'t> {
@@ -296,7 +297,7 @@ fn names(declared: &Declared, findings: &mut Vec<Finding>) {
             findings.push(finding.related(stage.span, "the stage").fix(fix));
         }
     }
-    for name in ["Running", "Done"] {
+    for name in BlockBit::ALL.map(BlockBit::name) {
         if let Some(own) = seen.get(name) {
             let message = format!("`.{name}` is a bit of the program that this template is for");
             let finding = Finding::new(Code::ForbiddenName, *own, message);
