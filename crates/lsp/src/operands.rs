@@ -142,16 +142,10 @@ fn declared_structure(project: &Project, at: usize) -> Option<Option<Structure>>
     if facts.text("value").is_some() {
         return None;
     }
-    Some(match facts.text("type") {
-        Some("timer") => Some(Structure::Timer(0)),
-        Some("counter") => Some(Structure::Counter(0)),
-        Some("sensaphone") => Some(Structure::Sensaphone(0)),
-        Some(_) => None,
-        None => {
-            facts.text("at")?;
-            facts.address().and_then(structure_of)
-        }
-    })
+    if facts.text("type").is_none() {
+        facts.text("at")?;
+    }
+    Some(facts.element().and_then(structure_of))
 }
 
 /// The structure that an address names, or whose accumulator it is.

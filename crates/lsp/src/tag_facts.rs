@@ -7,7 +7,9 @@ use super::file::EditorFile;
 use super::names::Declaration;
 use super::outline::KeyPair;
 use rungd_engine::isa::address_text;
-use rungd_engine::isa::{Address, MemorySizes, Word, WordSpace};
+use rungd_engine::isa::{Address, MemorySizes, Word};
+use rungd_language::resolve::ParameterKind;
+use rungd_language::resolve::places::space_of;
 
 /// The keys of a tag or parameter, with their values as written.
 pub(super) struct TagFacts<'f>(Vec<(&'f str, &'f str)>);
@@ -41,13 +43,20 @@ impl<'f> TagFacts<'f> {
         self.0.iter().find(|(name, _)| *name == key).map(|(_, text)| *text)
     }
 
+    /// An element of the kind that a tag or parameter names, of any number; `None` for a constant
+    /// and for a record.
+    pub fn element(&self) -> Option<Address> {
+        match self.text("at") {
+            Some(_) => self.address(),
+            None => element_of(self.text("type")?),
+        }
+    }
+
     /// The word that a tag or parameter names, of any number.
     pub fn word(&self) -> Option<Word> {
-        match (self.address(), self.text("type")) {
-            (Some(Address::Word(word)), _) => Some(word),
-            (None, Some("int" | "int-out")) => Some(Word::Space(WordSpace::D, 0)),
-            (None, Some("word")) => Some(Word::Space(WordSpace::V, 0)),
-            (Some(Address::Bit(_) | Address::Structure(_)), _) | (None, Some(_) | None) => None,
+        match self.element()? {
+            Address::Word(word) => Some(word),
+            Address::Bit(_) | Address::Structure(_) => None,
         }
     }
 
@@ -55,4 +64,11 @@ impl<'f> TagFacts<'f> {
     pub fn address(&self) -> Option<Address> {
         address_text::parse(self.text("at")?, &MemorySizes::default()).ok()
     }
+}
+
+/// An element of the type of a tag or parameter, of any number.
+fn element_of(type_name: &str) -> Option<Address> {
+    let parameter = || ParameterKind::from_name(type_name)?.trial_type();
+    let space = space_of(type_name).or_else(|| space_of(parameter()?))?;
+    Some(space.address(0))
 }

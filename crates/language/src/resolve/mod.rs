@@ -82,7 +82,7 @@ use resolver::Resolver;
 use rungd_base::progress::LoadStep;
 
 pub use resolver::LoadOptions;
-pub use template::{is_type_name, placeholders};
+pub use template::{ParameterKind, is_type_name, placeholders};
 
 /// Resolves the ladder files together as one program. The program is `None` if the findings contain
 /// an error. The findings are in order of place.

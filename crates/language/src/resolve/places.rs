@@ -78,6 +78,11 @@ pub const TYPES: [(&str, Space); 7] = [
     ("sensaphone", Space::Sensaphone),
 ];
 
+/// The space of the tags with this `type`; of a record there is none.
+pub fn space_of(type_name: &str) -> Option<Space> {
+    TYPES.iter().find(|(name, _)| *name == type_name).map(|(_, space)| *space)
+}
+
 /// The `type` of the tags of a space.
 pub fn type_of(space: Space) -> Option<&'static str> {
     TYPES.iter().find(|(_, own_space)| *own_space == space).map(|(name, _)| *name)

@@ -7,7 +7,7 @@
 
 use super::Resolver;
 use super::names::{NAME_MAX, NameRole, forbidden, kept};
-use super::places::TYPES;
+use super::places::{TYPES, space_of};
 use super::template::is_type_name;
 use crate::source::finding::{Code, Finding};
 use crate::source::fix::{FixEdit, Help, pair, possible, write};
@@ -272,5 +272,5 @@ fn is_structure(field: &WrittenTag) -> bool {
 }
 
 fn is_type(kind: Option<&Text>) -> bool {
-    kind.is_some_and(|kind| TYPES.iter().any(|(name, _)| *name == kind.text))
+    kind.is_some_and(|kind| space_of(&kind.text).is_some())
 }

@@ -12,7 +12,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::Resolver;
 use super::placement::{self, Placement, PlacementRequest, SIZE_MAX, UsedElements};
-use super::places::{Places, TYPES, type_of};
+use super::places::{Places, TYPES, space_of, type_of};
 use super::program::TagMeaning;
 use crate::source::atom::is_name_letter;
 use crate::source::finding::{Code, Finding};
@@ -48,7 +48,7 @@ impl Resolver<'_> {
 
     /// The meaning of a tag with a `type`: its place.
     pub(super) fn typed(&mut self, tag: &ladder::WrittenTag, kind: &Text) -> Option<TagMeaning> {
-        if space_of(kind).is_none() {
+        if space_of(&kind.text).is_none() {
             let message = format!("a tag has no type `{}`", kind.text);
             let names = self.type_names();
             let records = self.records.keys().map(String::as_str);
@@ -186,7 +186,7 @@ fn wish(tag: &ladder::WrittenTag) -> Option<PlacementRequest> {
     if tag.at.is_some() || tag.value.is_some() {
         return None;
     }
-    let space = space_of(tag.kind.as_ref()?)?;
+    let space = space_of(&tag.kind.as_ref()?.text)?;
     let is_array = tag.count.is_some();
     let name = tag.name.text.clone();
     let index_at = tag.field.as_ref().map_or(name.len(), |field| field.tag.text.len());
@@ -196,10 +196,6 @@ fn wish(tag: &ladder::WrittenTag) -> Option<PlacementRequest> {
 /// The number of elements of a tag.
 fn count_of(tag: &ladder::WrittenTag) -> u32 {
     tag.count.as_ref().and_then(|count| u32::try_from(count.value).ok()).unwrap_or(1)
-}
-
-fn space_of(kind: &Text) -> Option<Space> {
-    TYPES.iter().find(|(name, _)| *name == kind.text).map(|(_, space)| *space)
 }
 
 fn rungs(ladder: &Ladder) -> impl Iterator<Item = &WrittenRung> {

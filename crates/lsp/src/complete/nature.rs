@@ -9,6 +9,7 @@ use crate::names::Declaration;
 use crate::slots::DeclaredKind;
 use crate::tag_facts::TagFacts;
 use rungd_engine::isa::{Address, OperandKind, Structure};
+use rungd_language::resolve::ParameterKind;
 
 /// The access that a ladder has to a bit or word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -114,37 +115,31 @@ impl Nature {
         Nature { bits_inside: bit, words_inside: word, is_array: true, ..Nature::NOTHING }
     }
 
-    /// The properties of a tag or parameter with a type.
-    fn of_type(name: &str) -> Nature {
-        let structure = |structure| Nature::of_address(Address::Structure(structure));
-        match name {
-            "bit" | "output" => Nature::bit(OperandAccess::Write),
-            "int" | "word" | "real" | "int-out" | "real-out" => Nature::word(OperandAccess::Write),
-            "contact" => Nature::bit(OperandAccess::Read),
-            "duration" => Nature::word(OperandAccess::Read),
-            "timer" => structure(Structure::Timer(0)),
-            "counter" => structure(Structure::Counter(0)),
-            "sensaphone" => structure(Structure::Sensaphone(0)),
-            "array" => Nature {
-                bits_inside: OperandAccess::Write,
-                words_inside: OperandAccess::Write,
-                is_array: true,
-                ..Nature::NOTHING
-            },
-            _ => Nature::OPEN,
-        }
-    }
-
-    /// The properties of a parameter with a type: a `bit`, `int` or `real` can only be read.
-    fn of_parameter(name: &str) -> Nature {
-        let nature = Nature::of_type(name);
-        match name {
-            "bit" | "int" | "real" => Nature {
+    /// The properties of a parameter: what can only be read cannot be written.
+    fn of_parameter(facts: &TagFacts) -> Nature {
+        let kind = facts.text("type").and_then(ParameterKind::from_name);
+        let nature = facts.element().map_or(Nature::OPEN, Nature::of_address);
+        let Some(kind) = kind else { return nature };
+        match kind {
+            ParameterKind::Array => {
+                Nature { word: OperandAccess::Write, ..Nature::bit(OperandAccess::Write) }.array()
+            }
+            ParameterKind::Contact
+            | ParameterKind::Bit
+            | ParameterKind::Int
+            | ParameterKind::Real
+            | ParameterKind::Duration => Nature {
                 bit: nature.bit.min(OperandAccess::Read),
                 word: nature.word.min(OperandAccess::Read),
                 ..nature
             },
-            _ => nature,
+            ParameterKind::Output
+            | ParameterKind::IntOut
+            | ParameterKind::RealOut
+            | ParameterKind::Timer
+            | ParameterKind::Counter
+            | ParameterKind::Sensaphone
+            | ParameterKind::Record => nature,
         }
     }
 
@@ -154,10 +149,7 @@ impl Nature {
             DeclaredKind::Tag | DeclaredKind::OwnTag | DeclaredKind::Field => {
                 Nature::of_tag(&TagFacts::of(declared, file))
             }
-            DeclaredKind::Parameter => {
-                let facts = TagFacts::of(declared, file);
-                facts.text("type").map_or(Nature::OPEN, Nature::of_parameter)
-            }
+            DeclaredKind::Parameter => Nature::of_parameter(&TagFacts::of(declared, file)),
             DeclaredKind::Use => Nature::OPEN,
             DeclaredKind::Program if declared.template.is_some() => Nature::OPEN,
             DeclaredKind::Program | DeclaredKind::Task | DeclaredKind::Device => {
@@ -173,11 +165,11 @@ impl Nature {
     }
 
     fn of_tag(facts: &TagFacts) -> Nature {
-        let one = match (facts.text("at"), facts.text("type")) {
-            (Some(_), _) => facts.address().map_or(Nature::OPEN, Nature::of_address),
-            (None, Some(kind)) => Nature::of_type(kind),
-            (None, None) if facts.text("value").is_some() => Nature::CONSTANT,
-            (None, None) => Nature::OPEN,
+        let is_constant = facts.text("type").is_none() && facts.text("value").is_some();
+        let one = match facts.element() {
+            Some(address) => Nature::of_address(address),
+            None if is_constant && facts.text("at").is_none() => Nature::CONSTANT,
+            None => Nature::OPEN,
         };
         if facts.text("count").is_some() && !one.is_open { one.array() } else { one }
     }
@@ -220,17 +212,19 @@ impl WantedName {
 
     /// The wish of an argument for a parameter with a type.
     pub fn of_parameter(name: &str) -> WantedName {
-        match name {
-            "contact" => WantedName::Contact,
-            "bit" => WantedName::Bit,
-            "int" | "real" | "duration" => WantedName::Number,
-            "output" => WantedName::WrittenBit,
-            "int-out" | "real-out" => WantedName::WrittenWord,
-            "timer" => WantedName::Structure(Structure::Timer(0)),
-            "counter" => WantedName::Structure(Structure::Counter(0)),
-            "sensaphone" => WantedName::Structure(Structure::Sensaphone(0)),
-            "array" => WantedName::Array,
-            _ => WantedName::Anything,
+        match ParameterKind::from_name(name) {
+            Some(ParameterKind::Contact) => WantedName::Contact,
+            Some(ParameterKind::Bit) => WantedName::Bit,
+            Some(ParameterKind::Int | ParameterKind::Real | ParameterKind::Duration) => {
+                WantedName::Number
+            }
+            Some(ParameterKind::Output) => WantedName::WrittenBit,
+            Some(ParameterKind::IntOut | ParameterKind::RealOut) => WantedName::WrittenWord,
+            Some(ParameterKind::Timer) => WantedName::Structure(Structure::Timer(0)),
+            Some(ParameterKind::Counter) => WantedName::Structure(Structure::Counter(0)),
+            Some(ParameterKind::Sensaphone) => WantedName::Structure(Structure::Sensaphone(0)),
+            Some(ParameterKind::Array) => WantedName::Array,
+            Some(ParameterKind::Record) | None => WantedName::Anything,
         }
     }
 

@@ -78,7 +78,7 @@ pub fn is_type_name(name: &str) -> bool {
 
 impl ParameterKind {
     /// The type with this name, which is no record.
-    fn from_name(name: &str) -> Option<ParameterKind> {
+    pub fn from_name(name: &str) -> Option<ParameterKind> {
         KINDS.iter().find(|(kind_name, _)| *kind_name == name).map(|(_, kind)| *kind)
     }
 

@@ -25,7 +25,7 @@ use crate::source::ladder::{Entry, Ladder, Template};
 use crate::source::span::{FileId, Span};
 use declared::{Templates, uses};
 use expand::Expansion;
-pub use kind::is_type_name;
+pub use kind::{ParameterKind, is_type_name};
 pub use texts::placeholders;
 
 /// Ladders whose uses are expanded.
