@@ -8,9 +8,7 @@ use super::super::outline::{KeyPair, TableHeader};
 use super::edit::{
     ProposedChanges, added, as_pair, declared, one, same_key, with_comma, without_pair,
 };
-use super::places::{
-    end_in_braces, header_at, is_inline, lines, object_at, pair_at, value_at, word_around,
-};
+use super::places::{end_in_braces, is_inline, lines, object_at, pair_at, word_around};
 use super::tables;
 use rungd_language::source::fix::{Fix, FixEdit};
 
@@ -124,7 +122,7 @@ pub(super) fn title(file: &EditorFile, fix: &Fix, changed: Range<usize>) -> Stri
 /// or in the whole header.
 fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<ProposedChanges> {
     let mut places = vec![span.clone()];
-    let value = value_at(file, span);
+    let value = file.outline.value_at(span);
     let string = value.filter(|value| value.is_string).map(|value| &value.inner);
     if let Some(value) = value.filter(|_| text.starts_with(['"', '['])) {
         places.insert(0, value.span.clone());
@@ -144,7 +142,7 @@ fn written(file: &EditorFile, span: &Range<usize>, text: &str) -> Vec<ProposedCh
         None => {
             let pair = pair_at(file, span).filter(|pair| !pair.value.is_empty());
             places.extend(pair.map(|pair| pair.value.clone()));
-            places.extend(header_at(file, span.start).map(|header| header.span.clone()));
+            places.extend(file.outline.header_at(span.start).map(|header| header.span.clone()));
         }
     }
     places.into_iter().map(|place| vec![one(place, text)]).collect()
@@ -229,7 +227,9 @@ fn of_lines(
 ) -> Vec<ProposedChanges> {
     if all.first().is_some_and(|line| line.starts_with('[')) {
         let block = all.join("\n");
-        let before = header_at(file, span.start)
+        let before = file
+            .outline
+            .header_at(span.start)
             .map_or(0, |found_header| file.line(found_header.span.start).start);
         let end = file.text.len();
         let at_end = if file.text.ends_with('\n') { "\n" } else { "\n\n" };
@@ -265,7 +265,7 @@ fn of_lines(
 fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
     let mut all = Vec::new();
     if let Some(header) =
-        header_at(file, span.start).filter(|found_header| found_header.path == "template")
+        file.outline.header_at(span.start).filter(|found_header| found_header.path == "template")
     {
         // A template goes with the tables below it.
         let is_next = |found_header: &&TableHeader| {
@@ -290,7 +290,7 @@ fn deleted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
 /// The proposals that delete the place in its string, the element of its array, or its pair.
 fn omitted(file: &EditorFile, span: &Range<usize>) -> Vec<ProposedChanges> {
     let mut all = Vec::new();
-    if let Some(value) = value_at(file, span) {
+    if let Some(value) = file.outline.value_at(span) {
         let inner = &value.inner;
         let is_part = inner.start <= span.start && span.end <= inner.end && inner != span;
         if value.is_string && is_part {

@@ -1,9 +1,9 @@
-//! The pair, value, table or header at a place, and the places where something can be added.
+//! The pair or table at a place, and the places where something can be added.
 
 use std::ops::Range;
 
 use super::super::file::EditorFile;
-use super::super::outline::{KeyPair, OutlineValue, TableHeader};
+use super::super::outline::KeyPair;
 
 /// The innermost pair around a place.
 pub(super) fn pair_at<'f>(file: &'f EditorFile, span: &Range<usize>) -> Option<&'f KeyPair> {
@@ -12,14 +12,6 @@ pub(super) fn pair_at<'f>(file: &'f EditorFile, span: &Range<usize>) -> Option<&
         extent.start <= span.start && span.end <= extent.end
     });
     around.min_by_key(|pair| pair.extent().len())
-}
-
-/// The value around a place.
-pub(super) fn value_at<'f>(file: &'f EditorFile, span: &Range<usize>) -> Option<&'f OutlineValue> {
-    let values = &file.outline.values;
-    let behind = values.partition_point(|value| value.span.start <= span.start);
-    let near = behind.checked_sub(1).map(|last| &values[last]);
-    near.filter(|value| span.end <= value.span.end)
 }
 
 /// The object that contains a place.
@@ -39,17 +31,12 @@ fn row_at(file: &EditorFile, pair: &KeyPair, span: &Range<usize>) -> Option<usiz
     file.outline.objects.iter().position(|object| is_in_array && object.extent == *span)
 }
 
-/// The header above a place, or around it.
-pub(super) fn header_at(file: &EditorFile, at: usize) -> Option<&TableHeader> {
-    file.outline.headers.iter().rev().find(|header| header.span.start <= at)
-}
-
 /// The byte where a line can be added to the table that contains a place: after its last pair.
 pub(super) fn end_of_table(file: &EditorFile, at: usize) -> usize {
     let headers = &file.outline.headers;
     let next = headers.iter().map(|header| header.span.start).find(|start| *start > at);
     let next = next.unwrap_or(file.text.len());
-    let header = header_at(file, at);
+    let header = file.outline.header_at(at);
     let begin = header.map_or(0, |header| header.span.start);
     let pairs = file.outline.pairs.iter().map(KeyPair::extent);
     let own = pairs.filter(|extent| begin <= extent.start && extent.end <= next);

@@ -26,7 +26,7 @@ use super::super::file::EditorFile;
 use super::super::judge::{Judgement, judge};
 use super::super::slots::FileKind;
 use super::edit::TextChange;
-use super::places::{header_at, object_at};
+use super::places::object_at;
 use rungd_config::load::OpenTexts;
 use rungd_language::lower::lower;
 use rungd_language::resolve::program::Program;
@@ -211,7 +211,7 @@ impl<'w> FixTrial<'w> {
     fn brings_near(&self, after: &TriedText, changes: &[TextChange]) -> bool {
         let Finding { span, .. } = self.finding;
         let place = span.start as usize..span.end as usize;
-        let header = header_at(self.file, place.start).map(|header| header.span.start);
+        let header = self.file.outline.header_at(place.start).map(|header| header.span.start);
         let paths = paths(&after.judgement);
         let is_at_header = |finding: &Finding| {
             named(&paths, finding).0 == self.file.path
