@@ -1,8 +1,8 @@
 //! The names in a file: every word of a contact, an instruction, a step or a key that can be a
 //! name, with its place and its role there.
 //!
-//! [`FileWords::of`] uses no parser that could fail. It splits texts as the lexers of `source` do,
-//! so an incomplete text still has its names. `names` finds the meaning of a word.
+//! [`FileWords::of`] uses no parser that could fail: `source` also splits an incomplete text into
+//! words. `names` finds the meaning of a word.
 
 use std::collections::HashSet;
 use std::ops::Range;
@@ -10,9 +10,10 @@ use std::ops::Range;
 use super::outline::{KeyPair, KeyPart, Outline, OutlineValue, TableObject};
 use super::slots::{DeclaredKind, FileKind, KeySlot, Slot, of_key, of_value};
 use rungd_engine::isa::{Function, Mnemonic, OperandKind, OperandRole, OperandSpec};
+use rungd_lab::testing::{StepNames, step_form};
 use rungd_language::resolve::{is_type_name, placeholders};
-use rungd_language::source::instruction::words;
-use rungd_language::source::was::WAS;
+use rungd_language::source::instruction::{OperandWord, assignment, operand_words, words};
+use rungd_language::source::name_reader::{ExpressionUse, TextWordKind, words_in};
 
 /// A word of a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -192,11 +193,6 @@ impl<'t> WordReader<'t> {
         }
     }
 
-    /// The names in contacts, conditions and operands.
-    fn contacts(&mut self, place: Range<usize>, role: FileWordRole) {
-        self.names(place, true, role);
-    }
-
     /// The words in braces of a text.
     fn placeholders(&mut self, place: Range<usize>) {
         for word in placeholders(&self.text[place.clone()]) {
@@ -204,29 +200,23 @@ impl<'t> WordReader<'t> {
         }
     }
 
-    /// The names of an expression.
-    fn expression(&mut self, place: Range<usize>, role: FileWordRole) {
-        self.names(place, false, role);
+    /// The names in contacts, conditions and operands.
+    fn contacts(&mut self, place: Range<usize>, role: FileWordRole) {
+        self.names(place, ExpressionUse::Contact, role);
     }
 
-    /// The names and functions of a text. `hyphens`: whether `-` may be part of a name.
-    fn names(&mut self, place: Range<usize>, hyphens: bool, role: FileWordRole) {
-        for NameInText { place: span, is_called, array } in
-            names(&self.text[place.clone()], hyphens)
-        {
-            let span = place.start + span.start..place.start + span.end;
-            let name = &self.text[span.clone()];
-            match Function::from_name(name).filter(|_| is_called) {
-                Some(function) => self.push(span, FileWordRole::Function(function)),
-                None if hyphens && is_called && matches!(name, "rise" | "fall" | WAS) => {}
-                None => {
-                    self.push(span, role);
-                    let array = array.map(|at| place.start + at.start..place.start + at.end);
-                    if let (Some(_), Some(word)) = (&array, self.words.last_mut()) {
-                        word.array = array;
-                    }
-                }
-            }
+    /// The names and functions of a text.
+    fn names(&mut self, place: Range<usize>, used: ExpressionUse, role: FileWordRole) {
+        let moved = |part: Range<usize>| place.start + part.start..place.start + part.end;
+        for word in words_in(&self.text[place.clone()], used) {
+            let role = match word.kind {
+                TextWordKind::Name => role,
+                TextWordKind::Function(function) => FileWordRole::Function(function),
+                TextWordKind::Number | TextWordKind::Called => continue,
+            };
+            let (span, array) = (moved(word.place), word.array.map(moved));
+            let (object, pair) = (self.object, self.pair);
+            self.words.push(FileWord { span, role, array, object, pair });
         }
     }
 
@@ -238,32 +228,19 @@ impl<'t> WordReader<'t> {
     }
 
     fn instruction(&mut self, place: Range<usize>) {
-        let mut words = self.words_of(&place);
-        let Some(first) = words.next() else { return };
+        let Some(first) = self.words_of(&place).next() else { return };
         let Some(mnemonic) = Mnemonic::from_name(&self.text[first.clone()]) else { return };
-        let operands: Vec<Range<usize>> = words.collect();
-        self.push(first.clone(), FileWordRole::Mnemonic(mnemonic));
+        let behind = first.end..place.end;
+        let rest = &self.text[behind.clone()];
+        self.push(first, FileWordRole::Mnemonic(mnemonic));
         if mnemonic == Mnemonic::Math {
-            let behind = first.end..place.end;
-            let equals = self.text[behind.clone()].find('=').map(|at| behind.start + at);
-            let equals = equals.unwrap_or(behind.end);
-            self.expression(behind.start..equals, FileWordRole::Writes);
-            self.expression(equals..behind.end, FileWordRole::Reads);
+            let equals = assignment(rest).map_or(behind.end, |at| behind.start + at);
+            self.names(behind.start..equals, ExpressionUse::Math, FileWordRole::Writes);
+            self.names(equals..behind.end, ExpressionUse::Math, FileWordRole::Reads);
             return;
         }
-        let mut number = 0;
-        for operand in operands {
-            let key = self.text[operand.clone()].find('=');
-            let spec = mnemonic.spec();
-            let row = match key {
-                Some(at) => {
-                    let key = &self.text[operand.start..operand.start + at];
-                    spec.operands.iter().find(|row| row.key == Some(key))
-                }
-                None => spec.positional(number),
-            };
-            number += usize::from(key.is_none());
-            let value = operand.start + key.map_or(0, |at| at + 1)..operand.end;
+        for OperandWord { value, row, .. } in operand_words(rest, mnemonic.spec()) {
+            let value = behind.start + value.start..behind.start + value.end;
             self.contacts(value, row.map_or(FileWordRole::Reads, role));
         }
     }
@@ -273,20 +250,20 @@ impl<'t> WordReader<'t> {
         let mut words = self.words_of(&place);
         let Some(first) = words.next() else { return };
         let verb = self.text[first].split(':').next().unwrap_or_default();
-        match verb {
-            "expect" | "within" | "hold" => {
+        match step_form(verb).map_or(StepNames::Nothing, |step| step.names) {
+            StepNames::Condition => {
                 let Some(colon) = text.find(':') else { return };
                 self.contacts(place.start + colon + 1..place.end, FileWordRole::Reads);
             }
-            "set" | "force" | "unforce" | "pulse" | "beat" => {
+            StepNames::Operand => {
                 let operand = words.next();
                 operand.into_iter().for_each(|operand| self.contacts(operand, FileWordRole::Names));
             }
-            "lose" | "restore" => {
+            StepNames::Device => {
                 words.next().into_iter().for_each(|device| self.push(device, FileWordRole::Device));
             }
-            "reload" => words.for_each(|file| self.push(file, FileWordRole::File)),
-            _ => {}
+            StepNames::Files => words.for_each(|file| self.push(file, FileWordRole::File)),
+            StepNames::Nothing => {}
         }
     }
 }
@@ -311,66 +288,6 @@ fn role(operand: &OperandSpec) -> FileWordRole {
         false if operand.role == OperandRole::Reads => FileWordRole::Reads,
         false => FileWordRole::Writes,
     }
-}
-
-/// A name in a text.
-pub(super) struct NameInText {
-    pub place: Range<usize>,
-    /// Whether a parenthesis follows it.
-    pub is_called: bool,
-    /// The name before it, if an index and a dot are between them.
-    pub array: Option<Range<usize>>,
-}
-
-/// The names in a text. An index is a name of its own, after the name of its array. `hyphens`:
-/// whether `-` may be part of a name.
-pub(super) fn names(text: &str, hyphens: bool) -> Vec<NameInText> {
-    let bytes = text.as_bytes();
-    let begins = |b: u8| b.is_ascii_alphabetic() || matches!(b, b'_' | b'$');
-    let is_part = |at: usize| match bytes.get(at) {
-        // `D0..D9` is two names, and `a.` is an incomplete name.
-        Some(b'.') => bytes.get(at + 1) != Some(&b'.') && bytes[at - 1] != b'.',
-        Some(b'-') => hyphens && bytes.get(at + 1).is_some_and(u8::is_ascii_alphanumeric),
-        Some(b'_') => true,
-        Some(b) => b.is_ascii_alphanumeric(),
-        None => false,
-    };
-    let mut found: Vec<NameInText> = Vec::new();
-    let mut at = 0;
-    // The names before the open brackets, and the name whose index has just ended.
-    let (mut open, mut closed) = (Vec::new(), None);
-    while at < bytes.len() {
-        let start = at;
-        at += 1;
-        if bytes[start] == b'[' {
-            let last = found.last().filter(|name| name.place.end == start);
-            open.push(last.map(|name| name.place.clone()));
-        } else if bytes[start] == b']' {
-            closed = open.pop().flatten().map(|name| (name, at));
-        }
-        if bytes[start].is_ascii_digit() {
-            while is_part(at) || bytes.get(at) == Some(&b':') {
-                at += 1;
-            }
-            continue;
-        }
-        if !begins(bytes[start]) {
-            continue;
-        }
-        while is_part(at) {
-            at += 1;
-        }
-        if &text[start..at] == "N" {
-            while matches!(bytes.get(at), Some(b',' | b'0'..=b'9')) {
-                at += 1;
-            }
-        }
-        let is_called = text[at..].trim_start_matches([' ', '\t']).starts_with('(');
-        let array = closed.take().filter(|(_, end)| text[*end..start] == *".");
-        let array = array.map(|(name, _)| name);
-        found.push(NameInText { place: start..at, is_called, array });
-    }
-    found
 }
 
 #[cfg(test)]
@@ -457,8 +374,6 @@ mod tests {
         assert_eq!(told(text, FileKind::Ladder)[4..], ["Step Type", "kind Names"]);
         let text = "always = [\"a - was(b.Acc) < 5 & !was( c )\"]\n";
         assert_eq!(told(text, FileKind::Test), ["a Reads", "b.Acc Reads", "c Reads"]);
-        let array = names("r[i + a[1]].kind > 2", true).pop().and_then(|name| name.array);
-        assert_eq!(array, Some(0..1));
     }
 
     #[test]

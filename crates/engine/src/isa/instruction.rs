@@ -42,6 +42,14 @@ impl Spec {
         self.operands.iter().find(|operand| operand.role == OperandRole::Owns)
     }
 
+    /// The operand with this key; without a key, the one at this position among those without.
+    pub fn row(&self, key: Option<&str>, number: usize) -> Option<&'static OperandSpec> {
+        match key {
+            Some(_) => self.operands.iter().find(|operand| operand.key == key),
+            None => self.positional(number),
+        }
+    }
+
     /// The operand without a key at a position; several Stages share the last operand.
     pub fn positional(&self, number: usize) -> Option<&'static OperandSpec> {
         let mut all = self.operands.iter().filter(|operand| operand.key.is_none());

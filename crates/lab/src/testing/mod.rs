@@ -81,7 +81,7 @@ pub use reading::{ReadSuite, read_among, read_suite, read_text};
 pub use report::time_text;
 pub use runner::{RunOptions, TestVerdict, programs, run};
 pub use scenario::{ScenarioOf, scenario};
-pub use step_forms::{FORMS as STEP_FORMS, step_form};
+pub use step_forms::{FORMS as STEP_FORMS, StepForm, StepNames, step_form};
 pub use suite::{
     Chance, FreeOperand, Incident, ProgramId, ProofSettings, RandomChange, RandomIncident,
     RandomMotion, RandomTest, Reload, Scenario, Suite, TestOperand, TestProgram, TestStep,

@@ -87,7 +87,7 @@ fn step(text: &str, span: Span) -> ParsedStep<WrittenStep> {
     };
     // `expect:` and `expect :` are the same.
     let name = first.value.split(':').next().unwrap_or_default().to_owned();
-    let Some((form, _)) = step_form(&name) else {
+    let Some(form) = step_form(&name).map(|step| step.form) else {
         return Err(unknown(&first, &name).into());
     };
     let mut step = StepParser { words, name: name.clone(), form };
@@ -123,10 +123,10 @@ fn unknown(first: &StepWord, name: &str) -> Finding {
         return finding.help(as_form(form));
     }
     let colon = if first.value.ends_with(':') { ":" } else { "" };
-    let near = nearest(name, FORMS.iter().map(|(known, ..)| *known));
+    let near = nearest(name, FORMS.iter().map(|step| step.name));
     let near = near.map(|near| meant(format!("{near}{colon}")));
     finding.help(near.unwrap_or_else(|| {
-        let names: Vec<String> = FORMS.iter().map(|(known, ..)| format!("`{known}`")).collect();
+        let names: Vec<String> = FORMS.iter().map(|step| format!("`{}`", step.name)).collect();
         format!("the steps are {}", names.join(", ")).into()
     }))
 }

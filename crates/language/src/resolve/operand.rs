@@ -82,7 +82,7 @@ impl Resolver<'_> {
             }
             return row;
         };
-        let row = spec.operands.iter().find(|row| row.key == Some(key.value.as_str()));
+        let row = spec.row(Some(&key.value), 0);
         if row.is_none() {
             let message = format!("`{}` has no operand `{}=`", spec.name, key.value);
             let keys = spec.operands.iter().filter_map(|row| row.key);
@@ -366,7 +366,7 @@ fn positional(spec: &'static Spec, given: &[&str]) -> Option<&'static OperandSpe
 fn has_lost(text: &written::WrittenInstruction, spec: &Spec) -> bool {
     let (keyed, positional): (Vec<_>, Vec<_>) =
         text.operands.iter().partition(|operand| operand.key.is_some());
-    let known = |key: &str| spec.operands.iter().any(|row| row.key == Some(key));
+    let known = |key: &str| spec.row(Some(key), 0).is_some();
     let unknown_key = keyed.iter().filter_map(|o| o.key.as_ref()).any(|key| !known(&key.value));
     let rows = || spec.operands.iter().filter(|row| row.key.is_none());
     unknown_key

@@ -169,7 +169,7 @@ fn name_length(rest: &str) -> usize {
 
 /// The length of `,19` or `,19,6` after an `N` (the Sensaphone manual's names of a counter and its
 /// element); else 0.
-fn element_length(name: &str, behind: &str) -> usize {
+pub(super) fn element_length(name: &str, behind: &str) -> usize {
     if !name.eq_ignore_ascii_case("N") {
         return 0;
     }

@@ -39,7 +39,7 @@ pub(super) enum ExpressionToken {
 
 /// The place of an expression, which decides how its names and numbers are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ExpressionUse {
+pub enum ExpressionUse {
     /// Behind the `=` of a MATH, or the index of its target.
     Math,
     /// A side of a compare, or an index in a contact: literals are read as contacts read them.
@@ -155,7 +155,7 @@ fn operand(
 }
 
 /// The length of a name. In a contact it also has each `-` that is directly between its letters.
-fn name_length(rest: &str, used: ExpressionUse) -> usize {
+pub(super) fn name_length(rest: &str, used: ExpressionUse) -> usize {
     let is_tail = |(at, c): (usize, char)| match c {
         '-' => used == ExpressionUse::Contact && is_within_word(rest, at),
         c => c.is_ascii_alphanumeric() || matches!(c, '_' | '.'),
@@ -172,7 +172,7 @@ fn slice_length(behind: &str) -> usize {
 }
 
 /// The length of a number or duration, with the exponent of a real.
-fn number_length(rest: &str) -> usize {
+pub(super) fn number_length(rest: &str) -> usize {
     let tail = |c: char| !(c.is_ascii_alphanumeric() || matches!(c, '_' | ':' | '.'));
     let length = rest.find(tail).unwrap_or(rest.len());
     let mantissa = rest[..length].strip_suffix(['e', 'E']).unwrap_or("");

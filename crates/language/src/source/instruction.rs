@@ -13,8 +13,9 @@ use super::fix::{FixEdit, advise, possible, text as written};
 use super::indexed::{IndexedName, help_about_index, not_an_index};
 use super::instruction_commas::{called, comma_help, is_element, listed, pointed};
 use super::instruction_habits::{other_form, several};
+pub use super::math_target::assignment;
 use super::span::{Located, Span};
-use rungd_engine::isa::notation;
+use rungd_engine::isa::{OperandSpec, Spec, notation};
 
 /// One instruction.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -138,6 +139,31 @@ pub fn words(text: &str) -> Vec<(usize, &str)> {
         at += word.len() + 1;
     }
     words
+}
+
+/// An operand in a text that may be incomplete.
+#[derive(Clone, Debug)]
+pub struct OperandWord<'t> {
+    /// Its key.
+    pub key: Option<&'t str>,
+    /// The place of its value, behind the key.
+    pub value: Range<usize>,
+    /// Its row in the instruction table; `None`: the instruction has no such operand.
+    pub row: Option<&'static OperandSpec>,
+}
+
+/// The operands behind the mnemonic of an instruction other than MATH, also if the text has
+/// mistakes.
+pub fn operand_words<'t>(text: &'t str, spec: &'static Spec) -> Vec<OperandWord<'t>> {
+    let mut number = 0;
+    let mut operand = |(at, word): (usize, &'t str)| {
+        let key = word.split_once('=').map(|(key, _)| key);
+        let row = spec.row(key, number);
+        number += usize::from(key.is_none());
+        let start = at + key.map_or(0, |key| key.len() + 1);
+        OperandWord { key, value: start..at + word.len(), row }
+    };
+    words(text).into_iter().map(&mut operand).collect()
 }
 
 fn operand(word: &str, mnemonic: &str, span: Span) -> Result<OperandText, Box<Finding>> {

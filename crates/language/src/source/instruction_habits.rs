@@ -103,7 +103,7 @@ fn assigned(verb: &str, target: &str, right: &str) -> Help {
 }
 
 fn has_key(mnemonic: Mnemonic, word: &str) -> bool {
-    mnemonic.spec().operands.iter().any(|row| row.key == Some(word))
+    mnemonic.spec().row(Some(word), 0).is_some()
 }
 
 /// The finding for keys that are words of their own: `MOVE 3 to D0`.

@@ -105,8 +105,8 @@ fn is_slice(rest: &str) -> bool {
     rest.split(['[', '(', ']']).next().is_some_and(|ends| ends.contains(".."))
 }
 
-/// The first `=` outside brackets that is not part of `==`.
-fn assignment(text: &str) -> Option<usize> {
+/// The first `=` outside brackets that is not part of `==`: it stands behind the target.
+pub fn assignment(text: &str) -> Option<usize> {
     let bytes = text.as_bytes();
     let mut depth = 0usize;
     let mut at = 0;

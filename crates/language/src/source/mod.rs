@@ -45,6 +45,7 @@ pub mod lost;
 mod lost_tables;
 mod math_target;
 mod mend;
+pub mod name_reader;
 pub mod nearest;
 pub mod observer;
 pub mod reader;

@@ -2,7 +2,6 @@
 //! the word before the cursor and on the sign before that word.
 
 use std::borrow::Cow;
-use std::ops::Range;
 
 use lsp_types::CompletionItemKind;
 
@@ -11,6 +10,7 @@ use super::operands;
 use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
 use rungd_engine::isa::function::FUNCTIONS;
+use rungd_language::source::name_reader::{ExpressionUse, TextWord, TextWordKind, words_in};
 use rungd_language::source::was::WAS;
 
 /// The rank of functions, after the ranks of names.
@@ -25,32 +25,34 @@ pub(super) struct DottedWord<'t> {
     pub base: Option<Cow<'t, str>>,
     /// The typed text of its last part.
     pub typed: &'t str,
+    /// Whether it is a number.
+    is_number: bool,
 }
 
 impl<'t> DottedWord<'t> {
-    /// The word that a text ends with. `hyphens`: whether `-` may be part of a name.
-    pub fn of(before: &'t str, hyphens: bool) -> DottedWord<'t> {
-        let is_part = |c: char| {
-            c.is_ascii_alphanumeric() || matches!(c, '_' | '.' | '$') || (hyphens && c == '-')
+    /// The word that a text ends with.
+    pub fn of(before: &'t str, used: ExpressionUse) -> DottedWord<'t> {
+        // With one more letter, the text ends with a word for certain.
+        let word = words_in(&format!("{before}x"), used).pop();
+        let Some(TextWord { place, kind, array }) = word else {
+            return DottedWord { lead: before, base: None, typed: "", is_number: false };
         };
-        let word = &before[before.trim_end_matches(is_part).len()..];
-        // `D0..D9` is two words.
-        let word = word.rsplit_once("..").map_or(word, |(_, last)| last);
-        let word = word.trim_start_matches('-');
-        let lead = &before[..before.len() - word.len()];
-        if let (Some((rest, typed)), Some(array)) = (word.rsplit_once('.'), array_before(lead)) {
-            let base = format!("{}{rest}", &lead[array.clone()]);
-            return DottedWord { lead: &lead[..array.start], base: Some(base.into()), typed };
-        }
-        match word.rsplit_once('.') {
-            Some((base, typed)) => DottedWord { lead, base: Some(base.into()), typed },
-            None => DottedWord { lead, base: None, typed: word },
-        }
-    }
-
-    /// Whether it is a number.
-    fn is_number(&self) -> bool {
-        self.base.as_deref().unwrap_or(self.typed).starts_with(|c: char| c.is_ascii_digit())
+        let (lead, word) = before.split_at(place.start);
+        let (base, typed) = match word.rsplit_once('.') {
+            Some((base, typed)) => (Some(base), typed),
+            None if array.is_none() && lead.ends_with('.') && !lead.ends_with("..") => {
+                (Some(""), word)
+            }
+            None => (None, word),
+        };
+        let lead = array.as_ref().map_or(lead, |array| &before[..array.start]);
+        let is_number = kind == TextWordKind::Number && array.is_none();
+        let base = match (array.map(|array| &before[array]), base) {
+            (Some(array), Some(fields)) => Some(format!("{array}.{fields}").into()),
+            (Some(field), None) | (None, Some(field)) => Some(field.into()),
+            (None, None) => None,
+        };
+        DottedWord { lead, base, typed, is_number }
     }
 
     /// The wish after the sign before the word, in a place with `wish`; `None` after a whole name,
@@ -72,26 +74,12 @@ impl<'t> DottedWord<'t> {
     }
 }
 
-/// The name of the array whose index a text ends with.
-fn array_before(text: &str) -> Option<Range<usize>> {
-    let inner = text.strip_suffix(']')?;
-    let mut depth = 1;
-    let is_open = |(_, c): &(usize, char)| {
-        depth += i32::from(*c == ']') - i32::from(*c == '[');
-        depth == 0
-    };
-    let (open, _) = inner.char_indices().rev().find(is_open)?;
-    let is_part = |c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '.');
-    let start = text[..open].trim_end_matches(is_part).len();
-    (start < open).then_some(start..open)
-}
-
 /// Names for contacts, or for one operand.
 pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> Proposals {
-    let word = DottedWord::of(before, true);
+    let word = DottedWord::of(before, ExpressionUse::Contact);
     let mut found = Proposals::of(word.typed);
     let computes = matches!(wish, WantedName::Contact | WantedName::Condition);
-    let Some(wish) = word.wish(wish).filter(|_| !word.is_number()) else { return found };
+    let Some(wish) = word.wish(wish).filter(|_| !word.is_number) else { return found };
     if computes && word.base.is_none() {
         offer_functions(&mut found);
     }
@@ -114,10 +102,10 @@ pub(super) fn offer(scene: &CompletionScene, before: &str, wish: WantedName) -> 
 
 /// Names and functions for an expression of MATH.
 pub(super) fn offer_expression(scene: &CompletionScene, before: &str) -> Proposals {
-    let word = DottedWord::of(before, false);
+    let word = DottedWord::of(before, ExpressionUse::Math);
     let mut found = Proposals::of(word.typed);
     found.signs = "_";
-    if word.wish(WantedName::Value).is_none() || word.is_number() {
+    if word.wish(WantedName::Value).is_none() || word.is_number {
         return found;
     }
     if word.base.is_none() {
@@ -156,9 +144,9 @@ mod tests {
             ("!p1.recipe[i + a[1]].", Some("p1.recipe"), ""),
             ("x & lane[i].over.D", Some("lane.over"), "D"),
         ] {
-            let word = DottedWord::of(before, true);
+            let word = DottedWord::of(before, ExpressionUse::Contact);
             assert_eq!((word.base.as_deref(), word.typed), (base, typed), "{before}");
         }
-        assert_eq!(DottedWord::of("a-b", false).typed, "b");
+        assert_eq!(DottedWord::of("a-b", ExpressionUse::Math).typed, "b");
     }
 }

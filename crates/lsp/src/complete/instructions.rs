@@ -12,6 +12,8 @@ use crate::outline::KeyPair;
 use crate::slots::DeclaredKind;
 use rungd_engine::isa::instruction::TABLE;
 use rungd_engine::isa::{LegName, Mnemonic, OperandKind, OperandSpec, Spec};
+use rungd_language::source::instruction::{OperandWord, assignment, operand_words};
+use rungd_language::source::name_reader::ExpressionUse;
 
 /// The proposals for an incomplete instruction.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
@@ -21,8 +23,8 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     };
     let Some(mnemonic) = Mnemonic::from_name(name) else { return Proposals::of("") };
     if mnemonic == Mnemonic::Math {
-        return match rest.split_once('=') {
-            Some((_, expression)) => contacts::offer_expression(scene, expression),
+        return match assignment(rest) {
+            Some(equals) => contacts::offer_expression(scene, &rest[equals + 1..]),
             None => contacts::offer(scene, rest, WantedName::Target),
         };
     }
@@ -105,22 +107,24 @@ fn snippet(spec: &Spec) -> String {
 
 /// The proposals for the operand at the end of `rest`.
 fn operands(scene: &CompletionScene, spec: &'static Spec, rest: &str) -> Proposals {
-    let (done, word) = rest.rsplit_once([' ', '\t']).unwrap_or(("", rest));
-    if let Some((key, value)) = word.split_once('=') {
-        let operand = spec.operands.iter().find(|operand| operand.key == Some(key));
-        return operand.map_or(Proposals::of(""), |operand| of_kind(scene, operand, value));
+    // With one more letter, the text ends with an operand for certain.
+    let text = format!("{rest}x");
+    let mut done = operand_words(&text, spec);
+    let Some(OperandWord { key, value, row }) = done.pop() else { return Proposals::of("") };
+    let word = &rest[value.start..];
+    if key.is_some() {
+        return row.map_or(Proposals::of(""), |operand| of_kind(scene, operand, word));
     }
-    let done: Vec<&str> = done.split_whitespace().collect();
-    let number = done.iter().filter(|word| !word.contains('=')).count();
-    let mut found = match spec.positional(number) {
+    let number = done.iter().filter(|operand| operand.key.is_none()).count();
+    let mut found = match row {
         Some(operand) => of_kind(scene, operand, word),
-        None => Proposals::of(DottedWord::of(word, true).typed),
+        None => Proposals::of(DottedWord::of(word, ExpressionUse::Contact).typed),
     };
     // Operands with a key come after the operands without a key.
     let is_whole = number >= spec.operands.iter().filter(|operand| operand.key.is_none()).count();
     let keyed = spec.operands.iter().filter_map(|operand| Some((operand, operand.key?)));
     for (operand, key) in keyed {
-        let is_given = done.iter().any(|word| word.split('=').next() == Some(key));
+        let is_given = done.iter().any(|given| given.key == Some(key));
         if !is_given && is_whole && !word.contains(['.', '[']) {
             let needed = if operand.optional { "optional" } else { "" };
             let rank = u8::from(operand.optional);

@@ -8,7 +8,7 @@ use super::lists;
 use super::nature::WantedName;
 use super::proposal::{CompletionProposal, Proposals};
 use super::scene::CompletionScene;
-use rungd_lab::testing::STEP_FORMS;
+use rungd_lab::testing::{STEP_FORMS, StepForm, StepNames, step_form};
 
 /// The proposals for an incomplete step.
 pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
@@ -17,67 +17,52 @@ pub(super) fn offer(scene: &CompletionScene, before: &str) -> Proposals {
     if verb.len() == text.len() {
         return verbs(text);
     }
-    let condition = text.split_once(':').map(|(_, condition)| condition);
-    match verb {
-        "expect" | "within" | "hold" => match condition {
-            Some(condition) => contacts::offer(scene, condition, WantedName::Condition),
-            None => Proposals::of(""),
-        },
-        _ => words(scene, verb, &text[verb.len()..]),
-    }
+    let Some(step) = step_form(verb) else { return Proposals::of("") };
+    words(scene, step, &text[verb.len()..])
 }
 
 fn verbs(typed: &str) -> Proposals {
     let mut found = Proposals::of(typed);
-    for (name, form, meaning) in STEP_FORMS {
-        let mut proposal =
-            CompletionProposal::new(name, CompletionItemKind::KEYWORD, 0).detail(form).doc(meaning);
+    for StepForm { name, form, meaning, gaps, .. } in &STEP_FORMS {
+        let proposal = CompletionProposal::new(*name, CompletionItemKind::KEYWORD, 0);
         let rest = &form[name.len()..];
         let sign = if rest.starts_with(':') { ":" } else { "" };
         let space = if rest.is_empty() { "" } else { " " };
-        proposal = proposal.writes(format!("{name}{sign}{space}"), Some(snippet(name)));
-        found.add(proposal);
+        let snippet = Some(format!("{name}{gaps}"));
+        let proposal = proposal.detail(*form).doc(*meaning);
+        found.add(proposal.writes(format!("{name}{sign}{space}"), snippet));
     }
     found
 }
 
-/// The form of a step as a snippet, with placeholders for its words.
-fn snippet(name: &str) -> String {
-    let rest = match name {
-        "set" | "force" => " ${1:name} ${2:1}",
-        "unforce" => " ${1:name}",
-        "pulse" => " ${1:name} ${2:100ms}",
-        "beat" => " ${1:name} ${2:100ms} every ${3:1s}",
-        "run" => " ${1:1s}",
-        "late" => " ${1:1}",
-        "expect" => ": $1",
-        "within" => " ${1:2s}: $2",
-        "hold" => " ${1:300ms}: $2",
-        "reload" => " ${1:ladder.toml}",
-        "lose" | "restore" => " ${1:device}",
-        "clock" => " ${1:2026-11-22T06:00:00}",
-        _ => "",
-    };
-    format!("{name}{rest}")
-}
-
-/// The words after a step's verb; `rest` begins with a space.
-fn words(scene: &CompletionScene, verb: &str, rest: &str) -> Proposals {
+/// The words after a step's verb; `rest` begins with a space or a colon.
+fn words(scene: &CompletionScene, step: &StepForm, rest: &str) -> Proposals {
     let (done, word) = rest.rsplit_once([' ', '\t']).unwrap_or(("", rest));
     let number = done.split_whitespace().count();
-    match (verb, number) {
-        ("set" | "force" | "unforce" | "pulse" | "beat", 0) => {
-            contacts::offer(scene, word, WantedName::Anything)
+    match (step.names, number) {
+        (StepNames::Condition, _) => match rest.split_once(':') {
+            Some((_, condition)) => contacts::offer(scene, condition, WantedName::Condition),
+            None => Proposals::of(""),
+        },
+        (StepNames::Operand, 0) => contacts::offer(scene, word, WantedName::Anything),
+        (StepNames::Device, 0) => lists::devices(scene, word),
+        (StepNames::Files, _) => files::offer(scene, word),
+        (StepNames::Operand | StepNames::Device | StepNames::Nothing, _) => {
+            fixed(word, literals(step.name, number))
         }
-        ("set" | "force", 1) => fixed(word, &["0", "1"]),
-        ("pulse" | "beat", 2) => fixed(word, &["every"]),
-        ("pulse", 4) => fixed(word, &["times"]),
-        ("run", 1) => fixed(word, &["scans"]),
-        ("power-cut", 0 | 2) => fixed(word, &["lose", "for"]),
-        ("restart", 0) => fixed(word, &["for"]),
-        ("lose" | "restore", 0) => lists::devices(scene, word),
-        ("reload", _) => files::offer(scene, word),
-        _ => Proposals::of(word),
+    }
+}
+
+/// The words without a meaning of their own at a position of a step.
+fn literals(verb: &str, number: usize) -> &'static [&'static str] {
+    match (verb, number) {
+        ("set" | "force", 1) => &["0", "1"],
+        ("pulse" | "beat", 2) => &["every"],
+        ("pulse", 4) => &["times"],
+        ("run", 1) => &["scans"],
+        ("power-cut", 0 | 2) => &["lose", "for"],
+        ("restart", 0) => &["for"],
+        _ => &[],
     }
 }
 

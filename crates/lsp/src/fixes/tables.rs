@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use super::super::file::EditorFile;
 use super::super::outline::KeyPair;
-use super::super::words::names;
 use super::edit::{ProposedChanges, TextChange, as_pair, one, same_key, without_pair};
-use super::places::{end_of_table, is_inline, lines, object_at, pair_at, value_at};
+use super::places::{end_of_table, is_inline, lines, object_at, pair_at};
+use rungd_language::source::name_reader::{ExpressionUse, TextWordKind, words_in};
 
 /// The kinds of tables that are rungs.
 const RUNGS: [&str; 6] = [
@@ -126,8 +126,9 @@ pub(super) fn word(
     old: &str,
     new: &str,
 ) -> Option<TextChange> {
-    let string = &value_at(file, span).filter(|value| value.is_string)?.inner;
-    let words = names(file.slice(string.clone()), true).into_iter().map(|name| name.place);
+    let string = &file.outline.value_at(span).filter(|value| value.is_string)?.inner;
+    let words = words_in(file.slice(string.clone()), ExpressionUse::Contact).into_iter();
+    let words = words.filter(|word| word.kind != TextWordKind::Number).map(|word| word.place);
     let place = |word: Range<usize>| string.start + word.start..string.start + word.end;
     words.map(place).find(|at| file.slice(at.clone()) == old).map(|at| one(at, new))
 }

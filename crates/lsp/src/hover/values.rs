@@ -7,9 +7,10 @@ use super::super::outline::OutlineValue;
 use super::super::slots::{Slot, of_value};
 use super::super::workspace::Cursor;
 use rungd_engine::isa::duration;
-use rungd_lab::testing::step_form;
+use rungd_lab::testing::{StepForm, step_form};
 use rungd_language::source::contact_parser;
 use rungd_language::source::contact_parser::parse_condition;
+use rungd_language::source::name_reader::{ExpressionUse, TextWordKind, words_in};
 use rungd_language::source::span::Span;
 
 /// The reading of the value at the cursor.
@@ -48,17 +49,12 @@ pub(super) fn at(cursor: &Cursor) -> Option<(Range<usize>, String)> {
 /// The duration or number at the cursor.
 fn number(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String)> {
     let (text, at) = (cursor.file().slice(value.inner.clone()), cursor.offset);
-    let within = at.checked_sub(value.inner.start).filter(|within| *within < text.len())?;
-    let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b':' | b'.');
-    let bytes = text.as_bytes();
-    let begin = bytes[..within].iter().rposition(|byte| !is_part(*byte)).map_or(0, |at| at + 1);
-    let length = bytes[begin..].iter().position(|byte| !is_part(*byte));
-    let end = length.map_or(bytes.len(), |length| begin + length);
-    let found = text.get(begin..end).filter(|_| within < end)?;
-    let place = value.inner.start + begin..value.inner.start + end;
-    if !found.starts_with(|first: char| first.is_ascii_digit()) {
-        return None;
-    }
+    let within = at.checked_sub(value.inner.start)?;
+    let words = words_in(text, ExpressionUse::Contact).into_iter();
+    let mut numbers = words.filter(|word| word.kind == TextWordKind::Number);
+    let place = numbers.find(|word| word.place.contains(&within))?.place;
+    let found = &text[place.clone()];
+    let place = value.inner.start + place.start..value.inner.start + place.end;
     let radix = [("0x", 16), ("0o", 8), ("0b", 2)];
     for (prefix, radix) in radix {
         if let Some(digits) = found.strip_prefix(prefix) {
@@ -91,7 +87,7 @@ fn step(cursor: &Cursor, value: &OutlineValue) -> Option<(Range<usize>, String)>
     let verb = &text[begin..begin + length];
     let place = value.inner.start + begin..value.inner.start + begin + length;
     if cursor.offset < place.end {
-        let (form, meaning) = step_form(verb)?;
+        let StepForm { form, meaning, .. } = step_form(verb)?;
         return Some((place, format!("**{verb}**: {meaning}\n\n`{form}`\n")));
     }
     let colon = text.find(':')?;

@@ -435,12 +435,6 @@ fn wanted(
     positional: usize,
 ) -> Option<WantedOperand> {
     let Some(spec) = spec else { return Some(WantedOperand::Any) };
-    let row = match &operand.key {
-        Some(key) => spec.operands.iter().find(|row| row.key == Some(key.value.as_str())),
-        None => {
-            let rows = || spec.operands.iter().filter(|row| row.key.is_none());
-            rows().nth(positional).or(rows().next_back())
-        }
-    };
+    let row = spec.row(operand.key.as_ref().map(|key| key.value.as_str()), positional);
     row.map_or(Some(WantedOperand::Any), |row| WantedOperand::of(row.kind))
 }
