@@ -92,19 +92,6 @@ pub(super) struct ProjectNames {
     places: HashMap<(usize, usize), usize>,
 }
 
-/// The kinds of tables that contain other declarations and are declared by their `name`.
-const HOLDERS: [&str; 9] = [
-    "record",
-    "program",
-    "task",
-    "subroutine",
-    "template",
-    "program.stage",
-    "template.stage",
-    "device",
-    "scenario",
-];
-
 impl ProjectNames {
     /// The names of the files of a project.
     pub fn of(files: &[Arc<EditorFile>]) -> ProjectNames {
@@ -159,7 +146,7 @@ impl ProjectNames {
         let is_of_observer = is_seen && file.kind == FileKind::Test;
         let slice = |span| file.slice(span);
         self.places.insert((number, span.start), at);
-        if HOLDERS.contains(&outline.objects[object].kind.as_str()) && is_holder(kind) {
+        if is_holder(kind) {
             self.objects.entry((number, object)).or_insert(at);
         }
         let (file, pair, parent) = (number, word.pair, None);

@@ -23,6 +23,7 @@ use super::slots::{DeclaredKind, FileKind};
 use super::uri::uri_of;
 use super::workspace::{Cursor, Workspace};
 use rungd_config::load::OpenTexts;
+use rungd_language::source::atom::is_name;
 use rungd_language::source::finding::{Code, Finding, Severity};
 
 /// The place and the present text of the name at a position, if it can be renamed.
@@ -112,8 +113,7 @@ fn check_name(declared: &Declaration, new: &str) -> Result<()> {
             return if is_plain { Ok(()) } else { bail!("a name is a text without quotes") };
         }
     };
-    let is_letter = |c: char| c.is_ascii_alphanumeric() || c == '_' || (hyphens && c == '-');
-    if new.starts_with(|c: char| c.is_ascii_alphabetic()) && new.chars().all(is_letter) {
+    if is_name(new) || (hyphens && is_name(&new.replace('-', "_"))) {
         return Ok(());
     }
     let also = if hyphens { ", `_` and `-`" } else { " and `_`" };

@@ -8,7 +8,7 @@ use lsp_types::{
 
 use super::file::EditorFile;
 use super::names::is_of_key;
-use super::slots::DeclaredKind;
+use super::slots::{DeclaredKind, Slot, of_path};
 use super::words::FileWordRole;
 use super::workspace::Workspace;
 
@@ -47,7 +47,7 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
     for (at, object) in outline.objects.iter().enumerate().skip(1).rev() {
         let below = in_order(std::mem::take(&mut children[at]));
         let last = object.kind.rsplit('.').next().unwrap_or_default();
-        let Some(kind) = kind_of_table(last) else {
+        let Slot::Declares(kind) = of_path(file.kind, &object.kind, &["name"]) else {
             children[object.parent].extend(below);
             continue;
         };
@@ -61,7 +61,7 @@ fn tree(file: &EditorFile) -> Vec<DocumentSymbol> {
             Some(_) | None => shown(file, at, last),
         };
         let doc = value("doc").map(|(doc, _)| doc);
-        let mut symbol = symbol(file, name, kind, object.extent.clone());
+        let mut symbol = symbol(file, name, kind_of(kind), object.extent.clone());
         symbol.detail = doc;
         if let Some((_, span)) = named {
             symbol.selection_range = file.place(span);
@@ -117,21 +117,6 @@ pub(super) fn kind_of(kind: DeclaredKind) -> SymbolKind {
         DeclaredKind::Field => SymbolKind::FIELD,
         DeclaredKind::Test => SymbolKind::METHOD,
     }
-}
-
-fn kind_of_table(last: &str) -> Option<SymbolKind> {
-    let kind = match last {
-        "program" => DeclaredKind::Program,
-        "task" => DeclaredKind::Task,
-        "subroutine" => DeclaredKind::Subroutine,
-        "stage" => DeclaredKind::Stage,
-        "rung" => DeclaredKind::Rung,
-        "template" => DeclaredKind::Template,
-        "device" => DeclaredKind::Device,
-        "scenario" | "random" => DeclaredKind::Test,
-        _ => return None,
-    };
-    Some(kind_of(kind))
 }
 
 /// The parts that can be folded: tables, and values of several lines.
