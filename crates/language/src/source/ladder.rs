@@ -178,7 +178,7 @@ fn read_root(mut root: Table<'_>) -> Ladder<Entry> {
     let records = root.tables(records, "a record").into_iter();
     ladder.records = records.map(record::read).collect();
     let tags = key("tags", "Names of memory and of addresses, and named constants.");
-    ladder.tags = tag::read_all(&mut root, tags, TagTypes::OfLadder);
+    ladder.tags = tag::read_all(&mut root, tags, TagTypes::Ladder);
     let programs = root
         .tables(key("program", "Programs, scanned in file order; `Main` always runs."), "a program")
         .into_iter();

@@ -16,7 +16,7 @@ pub fn read(root: &mut Table<'_>) -> Option<Ladder<Entry>> {
     let about = "Rungs with tags of their own, executed behind each scan.";
     let mut table = root.table(key("observer", about), "`[observer]`")?;
     let tags = key("tags", "Tags of the observer: none of the ladder's.");
-    let tags = tag::read_all(&mut table, tags, TagTypes::OfObserver);
+    let tags = tag::read_all(&mut table, tags, TagTypes::Observer);
     let rungs = key("rung", "Rungs as in a ladder; they write tags of the observer only.");
     let rungs = rung::read_entries(&mut table, rungs);
     let span = table.span();

@@ -158,34 +158,34 @@ const OBSERVER_TYPES: &str = r#"{"anyOf":[{"enum":["bit","int","word","real","ti
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum TagTypes {
     /// Those of a ladder.
-    OfLadder,
+    Ladder,
     /// Those of a template: each use has its own.
-    OfTemplate,
+    Template,
     /// Those of an observer, which has no Sensaphone counters.
-    OfObserver,
+    Observer,
 }
 
 impl TagTypes {
     fn schema(self) -> &'static str {
         match self {
-            TagTypes::OfLadder | TagTypes::OfTemplate => TAG_TYPES,
-            TagTypes::OfObserver => OBSERVER_TYPES,
+            TagTypes::Ladder | TagTypes::Template => TAG_TYPES,
+            TagTypes::Observer => OBSERVER_TYPES,
         }
     }
 
     /// The kind of declaration that each of them is.
     fn declared(self) -> DeclaredKind {
         match self {
-            TagTypes::OfLadder | TagTypes::OfObserver => DeclaredKind::Tag,
-            TagTypes::OfTemplate => DeclaredKind::OwnTag,
+            TagTypes::Ladder | TagTypes::Observer => DeclaredKind::Tag,
+            TagTypes::Template => DeclaredKind::OwnTag,
         }
     }
 
     /// What their texts stand for.
     fn text(self) -> Slot {
         match self {
-            TagTypes::OfLadder | TagTypes::OfObserver => Slot::Other,
-            TagTypes::OfTemplate => Slot::Placeholders,
+            TagTypes::Ladder | TagTypes::Observer => Slot::Other,
+            TagTypes::Template => Slot::Placeholders,
         }
     }
 }

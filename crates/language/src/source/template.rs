@@ -60,7 +60,7 @@ pub(super) fn read(mut table: Table<'_>) -> Template {
         tags: tag::read_all(
             &mut table,
             key("tags", "Tags; each use has its own."),
-            TagTypes::OfTemplate,
+            TagTypes::Template,
         ),
         rungs: rung::read_entries(&mut table, key("rung", "Its rungs, in the place of a use.")),
         stages: {
