@@ -68,8 +68,8 @@ impl SvgWriter {
 pub fn in_page(label: &str, [width, height]: [usize; 2], elements: &str) -> String {
     let label = escaped(label);
     format!(
-        "<svg role=\"img\" aria-label=\"{label}\" width=\"{width}\" height=\"{height}\">\n\
-         {elements}</svg>"
+        "<svg role=\"img\" aria-label=\"{label}\" width=\"{width}\" height=\"{height}\" \
+         viewBox=\"0 0 {width} {height}\">\n{elements}</svg>"
     )
 }
 

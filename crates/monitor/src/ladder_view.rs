@@ -124,7 +124,7 @@ impl LadderView {
 
     fn place(&self) -> Option<PoweredRung> {
         let (_, _, rungs) = self.shown()?;
-        rungs.get(self.rung).map(|rung| powered(&rung.grid, None))
+        rungs.get(self.rung).map(|rung| powered(&rung.grid, None, 0))
     }
 
     /// The operand of the chosen symbol.
@@ -142,8 +142,8 @@ impl LadderView {
         Some(format!("{}: {values}", contact.label.name))
     }
 
-    /// A rung with its power.
-    pub fn rung_view(&self, element: &str, rung: &RungPicture) -> RungView {
+    /// A rung with its power. `room`: the columns of the page.
+    pub fn rung_view(&self, element: &str, rung: &RungPicture, room: usize) -> RungView {
         let number = u32::try_from(rung.number).unwrap_or(u32::MAX);
         let conducts =
             |power: &dyn PowerOf, contact: &ContactSymbol| power.conducts(element, number, contact);
@@ -155,6 +155,6 @@ impl LadderView {
         let flow = self.power.as_ref().filter(|_| executes == Some(true)).map(|power| {
             flow_of_power(&rung.grid, &|contact| conducts(&**power, contact).unwrap_or(false))
         });
-        RungView { text: powered(&rung.grid, flow.as_ref()), executes, flow }
+        RungView { text: powered(&rung.grid, flow.as_ref(), room), executes, flow }
     }
 }

@@ -222,7 +222,7 @@ fn rungs(view: &LiveView, query: &Query) -> Result<Value, WebFailure> {
             "file": file,
             "line": line,
             "use": of_use,
-            "svg": live_svg::drawing(&rung.grid, &title),
+            "svg": live_svg::drawing(&rung.grid, &title, 0),
             "words": view.program.words(element, rung.number),
             "outputs": view.program.outputs(element, rung.number),
         })

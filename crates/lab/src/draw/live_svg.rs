@@ -11,7 +11,9 @@ use super::power::flow_of_power;
 use super::svg::{self, Decoration};
 use crate::svg::escaped;
 
-struct LivePen;
+struct LivePen {
+    room: usize,
+}
 
 impl Decoration for LivePen {
     fn link(&self, _: &str) -> Option<String> {
@@ -22,14 +24,19 @@ impl Decoration for LivePen {
         true
     }
 
+    fn room(&self) -> usize {
+        self.room
+    }
+
     fn mark(&self, _: &ContactSymbol) -> Option<(&'static str, &'static str)> {
         None
     }
 }
 
-/// The drawing of a rung, an `svg` element. `title`: its description for screen readers.
-pub fn drawing(grid: &RungGrid, title: &str) -> String {
-    let drawing = svg::rung(grid, &LivePen);
+/// The drawing of a rung, an `svg` element. `title`: its description for screen readers. `room`: its
+/// width, unless the rung is wider; with 0 the page moves the right rail to where it has room.
+pub fn drawing(grid: &RungGrid, title: &str, room: usize) -> String {
+    let drawing = svg::rung(grid, &LivePen { room });
     let ([width, height], title) = (drawing.size, escaped(title));
     format!(
         "<svg xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{title}\" \

@@ -123,26 +123,26 @@ fn an_empty_rung_has_no_power_to_show() {
 fn elements_with_power_are_drawn_heavy_and_marked() {
     let drawn = |conducting: &[usize]| {
         let flow = flow_of_power(&grid(), &|symbol| conducting.contains(&symbol.leaf));
-        powered(&grid(), Some(&flow)).lines.join("\n")
+        powered(&grid(), Some(&flow), 30).lines.join("\n")
     };
     expect![[r#"
-        ┃ X0    X2    Y0
-        ┣━] [━┳━] [───( )
-        ┃ X1  ┃
-        ┣━]●[━┛"#]]
+        ┃ X0    X2           Y0      │
+        ┣━] [━┳━] [─────────( )──────┤
+        ┃ X1  ┃                      │
+        ┣━]●[━┛                      │"#]]
     .assert_eq(&drawn(&[1]));
     expect![[r#"
-        ┃ X0    X2    Y0
-        ┣━]●[━┳━]●[━━━(●)
-        ┃ X1  ┃
-        ┣━] [━┛"#]]
+        ┃ X0    X2           Y0      │
+        ┣━]●[━┳━]●[━━━━━━━━━(●)──────┤
+        ┃ X1  ┃                      │
+        ┣━] [━┛                      │"#]]
     .assert_eq(&drawn(&[0, 2]));
-    let idle = powered(&grid(), None);
+    let idle = powered(&grid(), None, 30);
     expect![[r#"
-        │ X0    X2    Y0
-        ├─] [─┬─] [───( )
-        │ X1  │
-        ├─] [─┘"#]]
+        │ X0    X2           Y0      │
+        ├─] [─┬─] [─────────( )──────┤
+        │ X1  │                      │
+        ├─] [─┘                      │"#]]
     .assert_eq(&idle.lines.join("\n"));
     let operands: Vec<_> = idle.symbols.iter().map(|of| of.operand.as_str()).collect();
     assert_eq!(operands, ["X0", "X1", "X2", "Y0"]);
@@ -160,12 +160,13 @@ fn the_operand_of_a_box_is_its_first_name() {
     let symbol = InstructionSymbol { mnemonic: "TMR", coil: None, label, operands };
     let grid = RungGrid::of(&RungCircuit::Legs(legs, symbol));
     let flow = flow_of_power(&grid, &|symbol| symbol.leaf == 0);
-    let drawn = powered(&grid, Some(&flow));
+    let drawn = powered(&grid, Some(&flow), 0);
     expect![[r#"
-        ┃ X0
-        ┣━]●[━━━[enable●TMR 1s to=D1]
-        ┃ X1    [                   ]
-        ┣━] [───[reset              ]"#]]
+        ┃ X0    ┌─────────────────────┐ │
+        ┣━]●[━━━┫●enable TMR 1s to=D1 ├─┤
+        ┃ X1    │                     │ │
+        ┣━] [───┤ reset               │ │
+        ┃       └─────────────────────┘ │"#]]
     .assert_eq(&drawn.lines.join("\n"));
     assert_eq!(drawn.symbols[2].operand, "D1");
 }

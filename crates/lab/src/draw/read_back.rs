@@ -1,7 +1,7 @@
 //! Reads drawings back, as a person does: wires, symbols and names. Tests compare the result with
 //! the original rung.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use rungd_base::random::SplitMix64;
@@ -40,8 +40,8 @@ struct ReadSymbol<'t> {
     above: &'t str,
     /// The ends of the wires before and after it.
     place: ReadWire,
-    /// Whether there is a wire after it.
-    continues: bool,
+    /// Whether nothing but the right rail is after it.
+    is_last: bool,
 }
 
 /// The wires, contacts and instructions that were read.
@@ -60,30 +60,50 @@ pub(super) struct ReadRung {
 pub(super) type Truth<'t> = &'t dyn Fn(&str) -> bool;
 
 impl ReadRung {
-    /// The powers of the outlets, in the order of their points.
-    fn powers(&self, truth: Truth) -> Vec<(String, String, bool)> {
-        let mut reached: HashSet<ReadPoint> = HashSet::new();
-        let mut todo = self.points();
-        todo.retain(|point| point.x == 0);
-        while let Some(point) = todo.pop() {
-            if !reached.insert(point) {
+    /// The powers of the outlets, in the order of their points. `nodes`: the node of each point.
+    fn powers(
+        &self,
+        nodes: &HashMap<ReadPoint, usize>,
+        truth: Truth,
+    ) -> Vec<(String, String, bool)> {
+        let mut reached: HashSet<usize> = HashSet::new();
+        let rail = nodes.iter().filter(|(point, _)| point.x == 0);
+        let mut todo: Vec<usize> = rail.map(|(_, node)| *node).collect();
+        while let Some(node) = todo.pop() {
+            if !reached.insert(node) {
                 continue;
             }
-            for wire in self.wires.iter().filter(|wire| wire.has(point)) {
-                todo.extend(self.points().into_iter().filter(|point| wire.has(*point)));
-            }
             for (from, to, statement, plain) in &self.contacts {
-                if *from == point && truth(statement) == *plain {
-                    todo.push(*to);
+                if nodes[from] == node && truth(statement) == *plain {
+                    todo.push(nodes[to]);
                 }
             }
         }
         let mut outlets: Vec<_> = self.outlets.iter().collect();
         outlets.sort_by_key(|(point, ..)| (point.y, point.x));
         let power = |(point, leg, text): &&(ReadPoint, String, String)| {
-            (leg.clone(), text.clone(), reached.contains(point))
+            (leg.clone(), text.clone(), reached.contains(&nodes[point]))
         };
         outlets.iter().map(power).collect()
+    }
+
+    /// The points that wires join, as the number of their node.
+    fn nodes(&self) -> HashMap<ReadPoint, usize> {
+        let points: HashSet<ReadPoint> = self.points().into_iter().collect();
+        let mut nodes = HashMap::new();
+        for (number, first) in points.iter().enumerate() {
+            let mut todo = vec![*first];
+            while let Some(point) = todo.pop() {
+                if nodes.contains_key(&point) {
+                    continue;
+                }
+                nodes.insert(point, number);
+                for wire in self.wires.iter().filter(|wire| wire.has(point)) {
+                    todo.extend(points.iter().copied().filter(|point| wire.has(*point)));
+                }
+            }
+        }
+        nodes
     }
 
     /// All points at which a wire or contact begins or ends, or an outlet begins.
@@ -142,7 +162,7 @@ fn is_on(contact: &Contact, wording: &Wording, truth: Truth) -> bool {
 
 /// Compares a drawing that was read with its rung, for random values of the statements.
 pub(super) fn compare(read: &ReadRung, rung: &Rung, wording: &Wording, drawn: &str) {
-    let mut random = SplitMix64(7);
+    let (mut random, nodes) = (SplitMix64(7), read.nodes());
     for _ in 0..60 {
         let mut known: BTreeMap<String, bool> = BTreeMap::new();
         let statements = read.contacts.iter().map(|(_, _, statement, _)| statement.clone());
@@ -152,14 +172,20 @@ pub(super) fn compare(read: &ReadRung, rung: &Rung, wording: &Wording, drawn: &s
         let truth = |statement: &str| {
             *known.get(statement).unwrap_or_else(|| panic!("`{statement}` is not in\n{drawn}"))
         };
-        assert_eq!(read.powers(&truth), expected(rung, wording, &truth), "{known:?}\n{drawn}");
+        assert_eq!(
+            read.powers(&nodes, &truth),
+            expected(rung, wording, &truth),
+            "{known:?}\n{drawn}"
+        );
     }
 }
 
 /// Reads a rung drawn as text with lines.
 pub(super) fn of_text(lines: &[String]) -> ReadRung {
-    let chars: Vec<Vec<char>> = lines.iter().map(|line| line.chars().collect()).collect();
+    let mut chars: Vec<Vec<char>> = lines.iter().map(|line| line.chars().collect()).collect();
     let mut read = ReadRung::default();
+    framed(&mut chars, &mut read);
+    let chars = chars;
     let at = |x: usize, y: usize| chars.get(y).and_then(|line| line.get(x)).copied().unwrap_or(' ');
     for (y, line) in chars.iter().enumerate() {
         let mut x = 0;
@@ -181,8 +207,9 @@ pub(super) fn of_text(lines: &[String]) -> ReadRung {
             let symbol: String = line[x..end].iter().collect();
             let above = label(chars.get(y.wrapping_sub(1)), x..end);
             let place = ReadWire { from: ReadPoint { x: x - 1, y }, to: ReadPoint { x: end, y } };
-            let continues = goes_left(at(end, y));
-            let symbol = ReadSymbol { symbol: &symbol, above: &above, place, continues };
+            let is_last = line[end..line.len() - 1].iter().all(|c| *c == '─');
+            assert!(!is_last || line.last() == Some(&'┤'), "the right rail: {lines:?}");
+            let symbol = ReadSymbol { symbol: &symbol, above: &above, place, is_last };
             symbol_read(&mut read, &symbol);
             x = end;
         }
@@ -190,7 +217,7 @@ pub(super) fn of_text(lines: &[String]) -> ReadRung {
     read
 }
 
-fn symbol_read(read: &mut ReadRung, ReadSymbol { symbol, above, place, continues }: &ReadSymbol) {
+fn symbol_read(read: &mut ReadRung, ReadSymbol { symbol, above, place, is_last }: &ReadSymbol) {
     let ReadWire { from, to } = *place;
     let mut contact = |statement: String, plain: bool| {
         read.contacts.push((from, to, statement, plain));
@@ -209,31 +236,37 @@ fn symbol_read(read: &mut ReadRung, ReadSymbol { symbol, above, place, continues
         "(N)" => read.outlets.push((from, String::new(), format!("ND {above}"))),
         boxed => {
             let inner = boxed.trim_start_matches('[').strip_suffix(']').unwrap_or(boxed);
-            match (*continues, inner.strip_prefix("!(")) {
-                (true, Some(inner)) => {
+            match (*is_last, inner.strip_prefix("!(")) {
+                (false, Some(inner)) => {
                     contact(inner.strip_suffix(')').unwrap_or(inner).to_owned(), false);
                 }
-                (true, None) => contact(inner.to_owned(), true),
-                (false, _) => outlet(read, from, inner),
+                (false, None) => contact(inner.to_owned(), true),
+                (true, _) => read.outlets.push((from, String::new(), inner.to_owned())),
             }
         }
     }
 }
 
-/// Reads an instruction in a box. If the instruction has legs, its text is in the first row, after
-/// the leg.
-fn outlet(read: &mut ReadRung, from: ReadPoint, inner: &str) {
-    let first = inner.split(' ').next().unwrap_or_default();
-    let is_leg = !first.is_empty() && first.chars().all(|c| c.is_ascii_lowercase());
-    if !is_leg {
-        return read.outlets.push((from, String::new(), inner.to_owned()));
+/// Reads an instruction in a frame, into which its legs lead, and takes the frame away. The text of
+/// the instruction is in the first row, after the leg.
+fn framed(chars: &mut [Vec<char>], read: &mut ReadRung) {
+    let corner = |c: char, line: &Vec<char>| line.iter().position(|other| *other == c);
+    let place = |c: char| (0..).zip(&*chars).find_map(|(y, line)| Some((corner(c, line)?, y)));
+    let (Some((left, top)), Some((right, _))) = (place('┌'), place('┐')) else { return };
+    let bottom = (top..chars.len()).find(|y| chars[*y][left] == '└').expect("a frame ends");
+    let mut text = None;
+    for y in top..=bottom {
+        let inner: String = chars[y][left + 1..right].iter().collect();
+        let (leg, behind) = inner.trim().split_once(' ').unwrap_or((inner.trim(), ""));
+        if chars[y][left] == '┤' {
+            let from = ReadPoint { x: left - 1, y };
+            let text = text.get_or_insert_with(|| behind.trim().to_owned());
+            read.outlets.push((from, leg.to_owned(), text.clone()));
+        } else if y > top && y < bottom {
+            assert_eq!((chars[y][left], leg), ('│', ""), "{inner}");
+        }
+        chars[y][left..=right].fill(' ');
     }
-    let behind = inner[first.len()..].trim().to_owned();
-    let text = match behind.is_empty() {
-        true => read.outlets.last().map(|(_, _, text)| text.clone()).unwrap_or_default(),
-        false => behind,
-    };
-    read.outlets.push((from, first.to_owned(), text));
 }
 
 /// The position after a symbol, which may contain closed brackets.

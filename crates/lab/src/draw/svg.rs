@@ -1,5 +1,8 @@
 //! A rung as SVG, for a page or a separate picture.
 //!
+//! Contacts begin at the left rail; coils and boxes stand at the right rail, which all rungs of a
+//! drawing have in one line, except those that are wider.
+//!
 //! Contacts, coils and boxes are groups with the class of their form, and with their name in
 //! `data-name`; `style.css` colours them. A mark at a contact describes in words what tests have
 //! not covered, since not everyone can distinguish colours.
@@ -10,6 +13,7 @@ use std::ops::Range;
 use super::circuit::{ContactForm, ContactSymbol};
 use super::face::boxed;
 use super::grid::{GridWire, PlacedContact, PlacedInstruction, RungGrid};
+use super::wording::OperandLabel;
 use crate::svg::{SvgArea, SvgWriter, escaped};
 
 /// The width of a character, in pixels.
@@ -18,8 +22,17 @@ const CHAR: usize = 8;
 const ROW: usize = 58;
 /// The distance from the upper edge of a row to its wire.
 const WIRE: usize = 30;
-/// The distance from the left edge to the rail, and the margin at the right.
+/// The distance from the left edge to the left rail, and from the right rail to the right edge.
 const MARGIN: usize = 12;
+/// The least length of the wire before an instruction.
+const LEAD: usize = CHAR * 2;
+/// The length of the wire between a box and the right rail.
+const TAIL: usize = 8;
+/// The least distance from the middle of a coil to the right rail: coils with short names stand in
+/// one column.
+const COIL: usize = 60;
+/// The width of a drawing whose rung has room in it.
+const PAPER: usize = 720;
 /// Half of the gap in a contact, and half of its height.
 const GAP: usize = 6;
 const HALF: usize = 10;
@@ -31,6 +44,10 @@ pub(super) trait Decoration {
     /// Whether each wire is drawn separately, so that a script can light it (`draw::live_svg`).
     fn is_live(&self) -> bool {
         false
+    }
+    /// The width of the drawing, unless the rung is wider.
+    fn room(&self) -> usize {
+        PAPER
     }
     /// The class and the text of a contact's mark.
     fn mark(&self, contact: &ContactSymbol) -> Option<(&'static str, &'static str)>;
@@ -49,14 +66,15 @@ pub(super) fn rung(grid: &RungGrid, with: &dyn Decoration) -> Drawing {
     grid.contacts.iter().for_each(|contact| pen.contact(contact));
     grid.instructions.iter().for_each(|instruction| pen.instruction(instruction));
     let height = grid.rows.max(1) * ROW;
-    Drawing { size: [pen.width + MARGIN, height], body: pen.svg.text }
+    Drawing { size: [pen.rail + MARGIN, height], body: pen.svg.text }
 }
 
 struct Pen<'a> {
     with: &'a dyn Decoration,
     /// The position of each boundary between columns.
     boundaries: Vec<usize>,
-    width: usize,
+    /// The position of the right rail.
+    rail: usize,
     svg: SvgWriter,
 }
 
@@ -78,7 +96,10 @@ impl<'a> Pen<'a> {
         for width in widths {
             boundaries.push(boundaries.last().unwrap_or(&0) + width * CHAR);
         }
-        Pen { with, boundaries, width: MARGIN, svg: SvgWriter::default() }
+        let extents = grid.instructions.iter().map(extent).max().unwrap_or(0);
+        let needed = boundaries.last().unwrap_or(&MARGIN) + extents;
+        let rail = needed.max(with.room().saturating_sub(MARGIN));
+        Pen { with, boundaries, rail, svg: SvgWriter::default() }
     }
 
     fn x(&self, boundary: usize) -> usize {
@@ -97,6 +118,7 @@ impl<'a> Pen<'a> {
         let wires: Vec<String> = along.chain(down).collect();
         let height = grid.rows.max(1) * ROW;
         self.svg.path("rail", format_args!("M{MARGIN} 0V{height}"));
+        self.svg.path("rail right", format_args!("M{} 0V{height}", self.rail));
         self.svg.end_line();
         if self.with.is_live() {
             wires.iter().for_each(|path| self.wire(path));
@@ -207,12 +229,11 @@ impl<'a> Pen<'a> {
             self.lit()
         );
         self.title(symbol.label.doc.as_deref(), None);
-        let end = match symbol.coil {
+        let start = match symbol.coil {
             Some(letter) => self.coil(placed, letter, [x, y]),
             None => self.legs(placed, [x, y]),
         };
-        self.width = self.width.max(end);
-        self.touch(x..end, y);
+        self.touch(start..self.rail, y);
         self.svg.text.push_str("</g>\n");
     }
 
@@ -226,11 +247,11 @@ impl<'a> Pen<'a> {
         }
     }
 
-    /// Draws a coil. Returns the position of its end.
+    /// Draws a coil, with the wires to it and to the right rail. Returns where its touch begins.
     fn coil(&mut self, placed: &PlacedInstruction, letter: &str, [x, y]: [usize; 2]) -> usize {
         let label = &placed.symbol.label;
-        let wide = label.name.chars().count().max(label.address.as_deref().map_or(0, str::len));
-        let middle = x + CHAR * 2 + (wide * CHAR / 2).max(HALF);
+        let half = half_coil(label);
+        let middle = self.rail - behind_coil(half);
         let (from, to) = (middle - HALF, middle + HALF);
         let (top, bottom) = (y - HALF, y + HALF);
         self.wire(&format!("M{x} {y}H{from}"));
@@ -245,15 +266,20 @@ impl<'a> Pen<'a> {
         if let Some(address) = &label.address {
             self.label(&Label { text: address, at: [middle, y + HALF + 13], class: "address" });
         }
-        middle + (wide * CHAR / 2).max(HALF) + CHAR
+        self.tail(to, y);
+        middle - half - LEAD
     }
 
-    /// Draws a box with its legs. Returns the position of its end.
+    /// Draws the wire from an instruction to the right rail. It is never lit.
+    fn tail(&mut self, from: usize, y: usize) {
+        self.svg.path("tail", format_args!("M{from} {y}H{}", self.rail));
+    }
+
+    /// Draws a box with its legs, and the wires to it and to the right rail. Returns where its
+    /// touch begins.
     fn legs(&mut self, placed: &PlacedInstruction, [x, y]: [usize; 2]) -> usize {
-        let text = boxed(&placed.symbol);
-        let names = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
-        let from = x + CHAR * 2;
-        let width = (text.chars().count() + names + 2) * CHAR;
+        let BoxText { text, names, width } = BoxText::of(placed);
+        let from = self.rail - TAIL - width;
         let last = placed.legs.last().map_or(placed.row, |(_, row)| *row);
         let (top, height) = (y - HALF - 2, (last - placed.row) * ROW + 2 * HALF + 4);
         self.svg.rect("symbol", SvgArea { x: from, y: top, width, height });
@@ -270,7 +296,8 @@ impl<'a> Pen<'a> {
         }
         let at = [from + CHAR + names * CHAR, y + 4];
         self.label(&Label { text: &text, at, class: "text" });
-        from + width
+        self.tail(from + width, y);
+        from - LEAD
     }
 
     /// Draws a box with a text. `x`: its left edge; `y`: its middle.
@@ -297,6 +324,43 @@ impl<'a> Pen<'a> {
             self.svg.text.push_str("</a>");
         }
     }
+}
+
+/// The texts of a box, and its width.
+struct BoxText {
+    text: String,
+    /// The width of the names of its legs, in characters.
+    names: usize,
+    width: usize,
+}
+
+impl BoxText {
+    fn of(placed: &PlacedInstruction) -> BoxText {
+        let text = boxed(&placed.symbol);
+        let names = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
+        let width = (text.chars().count() + names + 2) * CHAR;
+        BoxText { text, names, width }
+    }
+}
+
+/// Half of the width of a coil with its name and address.
+fn half_coil(label: &OperandLabel) -> usize {
+    let wide = label.name.chars().count().max(label.address.as_deref().map_or(0, str::len));
+    (wide * CHAR / 2).max(HALF)
+}
+
+/// The distance from the middle of a coil to the right rail. `half`: half of its width.
+fn behind_coil(half: usize) -> usize {
+    (half + CHAR).max(COIL)
+}
+
+/// The least distance from the contacts to the right rail with an instruction between.
+fn extent(placed: &PlacedInstruction) -> usize {
+    if placed.symbol.coil.is_some() {
+        let half = half_coil(&placed.symbol.label);
+        return LEAD + half + behind_coil(half);
+    }
+    LEAD + BoxText::of(placed).width + TAIL
 }
 
 fn wire(row: usize) -> usize {

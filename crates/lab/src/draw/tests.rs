@@ -39,7 +39,7 @@ fn drawn_and_read(program: &Program) -> usize {
         compare(&of_svg(&body), rung, &wording, &body);
         hold_against_the_rung(&grid, rung, &wording);
         // The number of elements that can be lit is the length of the power string.
-        let live = live_svg::drawing(&grid, "a rung");
+        let live = live_svg::drawing(&grid, "a rung", 0);
         let power = live_svg::power(&grid, &|contact| contact.leaf % 2 == 0);
         assert_eq!(live.matches(" data-p").count(), power.len(), "{live}");
     }

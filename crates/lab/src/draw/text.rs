@@ -1,8 +1,9 @@
 //! A rung as lines of text: for a terminal, and for a review of changes.
 //!
 //! Each row has three lines: names, wires with their symbols, addresses. A row without addresses
-//! has two. If the power is drawn, wires with power are heavy, symbols with power are marked, and
-//! the positions of the symbols are returned.
+//! has two. Contacts begin at the left rail; coils and boxes stand at the right rail, which all
+//! rungs have in one column, except those that are wider. If the power is drawn, wires with power
+//! are heavy, symbols with power are marked, and the positions of the symbols are returned.
 
 use std::ops::{Range, RangeInclusive};
 
@@ -30,8 +31,14 @@ const HEAVY: u8 = 16;
 /// A space within a symbol, which hides the wire under it.
 const BLANK: char = '\0';
 
-/// The length of the wire before an instruction.
+/// The least length of the wire before an instruction.
 const LEAD: usize = 2;
+/// The least length of the wire between an instruction and the right rail.
+const TAIL: usize = 1;
+/// The least room of a coil's name: coils with shorter names stand in one column.
+const COIL: usize = 12;
+/// The width of a drawing whose rung has room in it: a difference shows it in 80 columns.
+const PAPER: usize = 78;
 
 /// Characters, and the wires under them.
 struct Canvas {
@@ -63,26 +70,29 @@ pub struct SymbolPlace {
 
 /// The positions of the columns and rows of a grid on a canvas.
 struct GridPlan {
-    /// The column of characters of each boundary. The instructions begin at the last one.
+    /// The column of characters of each boundary. The wires to the instructions begin at the last
+    /// one.
     boundaries: Vec<usize>,
+    /// The column of the right rail.
+    rail: usize,
     /// The line of wires of each row.
     lines: Vec<usize>,
-    width: usize,
     height: usize,
 }
 
 /// The lines of a rung, without trailing spaces.
 pub fn lines(grid: &RungGrid, style: WireStyle) -> Vec<String> {
-    let lay = GridPlan::of(grid, false);
-    let mut canvas = Canvas::new(lay.width, lay.height);
+    let lay = GridPlan::of(grid, false, PAPER);
+    let mut canvas = Canvas::new(lay.rail + 1, lay.height);
     canvas.draw(grid, &lay, None);
     canvas.lines(style)
 }
 
-/// A rung with its power; `None`: the rung is not executed.
-pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>) -> PoweredRung {
-    let lay = GridPlan::of(grid, true);
-    let mut canvas = Canvas::new(lay.width, lay.height);
+/// A rung with its power; `None`: the rung is not executed. `room`: the columns of the page, whose
+/// last one gets the right rail, unless the rung is wider.
+pub fn powered(grid: &RungGrid, flow: Option<&FlowOfPower>, room: usize) -> PoweredRung {
+    let lay = GridPlan::of(grid, true, room);
+    let mut canvas = Canvas::new(lay.rail + 1, lay.height);
     let symbols = canvas.draw(grid, &lay, Some(flow));
     PoweredRung { lines: canvas.lines(WireStyle::Lines), symbols }
 }
@@ -107,9 +117,41 @@ fn operand_of_box(operands: &[String]) -> String {
     operands.iter().map(value).find(|value| !value.is_empty()).unwrap_or_default()
 }
 
+/// The texts of a box with several legs.
+struct LegsText {
+    /// The text of the box.
+    text: String,
+    /// The width of the names of the legs.
+    names: usize,
+}
+
+impl LegsText {
+    fn of(placed: &PlacedInstruction) -> LegsText {
+        let names = placed.legs.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
+        LegsText { text: plain(&boxed(&placed.symbol)), names }
+    }
+
+    /// The width of the box: two edges, two blanks, the names and the text with a blank between.
+    fn width(&self) -> usize {
+        self.names + self.text.chars().count() + 5
+    }
+}
+
+/// The width of an instruction. `marks`: whether its symbol has room for a mark.
+fn width(placed: &PlacedInstruction, marks: bool) -> usize {
+    if !placed.legs.is_empty() {
+        return LegsText::of(placed).width();
+    }
+    let face = Face::of_instruction(&placed.symbol);
+    let face = if marks { face.marked(false) } else { face };
+    let least = if placed.symbol.coil.is_some() { COIL } else { 0 };
+    face.width().max(least)
+}
+
 impl GridPlan {
-    /// `marks`: whether each symbol has room for a mark.
-    fn of(grid: &RungGrid, marks: bool) -> GridPlan {
+    /// `marks`: whether each symbol has room for a mark. `room`: the width, unless the rung is
+    /// wider.
+    fn of(grid: &RungGrid, marks: bool, room: usize) -> GridPlan {
         let marked = |face: Face| if marks { face.marked(false) } else { face };
         let mut widths = vec![1; grid.columns];
         let mut has_address = vec![false; grid.rows.max(1)];
@@ -121,10 +163,12 @@ impl GridPlan {
         }
         let mut last = 0;
         for placed in &grid.instructions {
-            let face = marked(Face::of_instruction(&placed.symbol));
-            let legs = placed.legs.iter().map(|(name, _)| name.len() + 1).max().unwrap_or(0);
-            last = last.max(face.width() + legs);
-            has_address[placed.row] |= !face.below.is_empty();
+            last = last.max(width(placed, marks));
+            has_address[placed.row] |= !Face::of_instruction(&placed.symbol).below.is_empty();
+            // The lower edge of a box with legs.
+            if let Some((_, row)) = placed.legs.last() {
+                has_address[*row] |= row + 1 == grid.rows;
+            }
         }
         let mut boundaries = vec![0];
         for width in widths {
@@ -136,8 +180,14 @@ impl GridPlan {
             lines.push(next);
             next += 2 + usize::from(has_address);
         }
-        let width = boundaries.last().unwrap_or(&0) + LEAD + last + 3;
-        GridPlan { boundaries, lines, width, height: next - 1 }
+        let needed = boundaries.last().unwrap_or(&0) + LEAD + last + TAIL;
+        let rail = needed.max(room.saturating_sub(1));
+        GridPlan { boundaries, rail, lines, height: next - 1 }
+    }
+
+    /// The column at which the contacts end.
+    fn contacts_end(&self) -> usize {
+        self.boundaries.last().copied().unwrap_or(0)
     }
 }
 
@@ -181,7 +231,9 @@ impl Canvas {
             symbols.push(self.instruction(instruction, lay, shown.map(|_| powers)));
         }
         self.weight = heavy(Some(flow.is_some()));
-        self.rail();
+        self.rail(0);
+        self.weight = 0;
+        self.rail(lay.rail);
         symbols
     }
 
@@ -205,10 +257,10 @@ impl Canvas {
         }
     }
 
-    /// Draws the rail on the left, along all lines.
-    fn rail(&mut self) {
-        self.down(0, 0..=self.wires.len().saturating_sub(1));
-        self.wires.iter_mut().for_each(|line| line[0] |= UP | DOWN);
+    /// Draws a rail in a column, along all lines.
+    fn rail(&mut self, at: usize) {
+        self.down(at, 0..=self.wires.len().saturating_sub(1));
+        self.wires.iter_mut().for_each(|line| line[at] |= UP | DOWN);
     }
 
     /// Puts a text into a line, from the column `at` on.
@@ -236,51 +288,61 @@ impl Canvas {
         SymbolPlace { line, columns: at..at + face.symbol.chars().count(), operand }
     }
 
-    /// Draws an instruction. `powers`: the power of each leg, or of the instruction; `None`:
-    /// without room for marks.
+    /// Draws an instruction, with the wires to it and to the right rail. `powers`: the power of
+    /// each leg, or of the instruction; `None`: without room for marks.
     fn instruction(
         &mut self,
         placed: &PlacedInstruction,
         lay: &GridPlan,
         powers: Option<&[bool]>,
     ) -> SymbolPlace {
-        let at = lay.boundaries.last().copied().unwrap_or(0);
-        let power = |leg: usize| powers.and_then(|power| power.get(leg)).copied().unwrap_or(false);
-        let heavy = |on: bool| if on { HEAVY } else { 0 };
+        if !placed.legs.is_empty() {
+            return self.legs(placed, lay, powers.unwrap_or_default());
+        }
+        let has_power = powers.and_then(|powers| powers.first()) == Some(&true);
         let mut face = Face::of_instruction(&placed.symbol);
-        let line = lay.lines[placed.row];
-        self.weight = heavy(power(0));
-        if placed.legs.is_empty() {
-            if powers.is_some() {
-                face = face.marked(power(0));
-            }
-            let symbol = face.width().saturating_sub(face.symbol.chars().count()) / 2;
-            self.along(line, at..=at + LEAD + symbol);
-            let to = at + LEAD + face.width();
-            let mut place = self.put_face(&face, line, at + LEAD..to);
-            if placed.symbol.coil.is_none() {
-                place.operand = operand_of_box(&placed.symbol.operands);
-            }
-            return place;
+        if powers.is_some() {
+            face = face.marked(has_power);
         }
-        let name = placed.legs.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
-        let text = plain(&boxed(&placed.symbol));
-        let width = text.chars().count() + name + 1;
+        let (line, end) = (lay.lines[placed.row], lay.rail - TAIL);
+        let from = end - width(placed, powers.is_some());
+        let mut place = self.put_face(&face, line, from..end);
+        self.weight = if has_power { HEAVY } else { 0 };
+        self.along(line, lay.contacts_end()..=place.columns.start);
+        self.weight = 0;
+        self.along(line, place.columns.end - 1..=lay.rail);
+        if placed.symbol.coil.is_none() {
+            place.operand = operand_of_box(&placed.symbol.operands);
+        }
+        place
+    }
+
+    /// Draws a box with several legs: a frame, into which each leg leads. `powers`: their power.
+    fn legs(&mut self, placed: &PlacedInstruction, lay: &GridPlan, powers: &[bool]) -> SymbolPlace {
+        let texts = LegsText::of(placed);
+        let (right, line) = (lay.rail - TAIL - 1, lay.lines[placed.row]);
+        let left = right + 1 - texts.width();
         let last = lay.lines[placed.legs.last().map_or(placed.row, |(_, row)| *row)];
-        for line in line..=last {
-            self.put(line, at + LEAD, &format!("[{:width$}]", ""));
+        self.weight = 0;
+        for edge in [line - 1, last + 1] {
+            self.along(edge, left..=right);
         }
+        for edge in [left, right] {
+            self.down(edge, line - 1..=last + 1);
+        }
+        self.along(line, right..=lay.rail);
         for (number, (leg, row)) in placed.legs.iter().enumerate() {
-            self.weight = heavy(power(number));
-            self.along(lay.lines[*row], at..=at + LEAD);
-            self.put(lay.lines[*row], at + LEAD + 1, leg);
-            if power(number) {
-                self.put(lay.lines[*row], at + LEAD + 1 + leg.len(), &MARK.to_string());
+            let (line, has_power) = (lay.lines[*row], powers.get(number) == Some(&true));
+            self.weight = if has_power { HEAVY } else { 0 };
+            self.along(line, lay.contacts_end()..=left);
+            self.put(line, left + 2, leg);
+            if has_power {
+                self.put(line, left + 1, &MARK.to_string());
             }
         }
-        let from = at + LEAD + 2 + name;
-        self.put(line, from, &text);
-        let columns = from..from + text.chars().count();
+        let from = left + 2 + texts.names + 1;
+        self.put(line, from, &texts.text);
+        let columns = from..from + texts.text.chars().count();
         SymbolPlace { line, columns, operand: operand_of_box(&placed.symbol.operands) }
     }
 

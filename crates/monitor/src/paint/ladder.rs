@@ -41,7 +41,7 @@ pub(super) fn ladder(pen: &mut ScreenPen, area: Rect, state: &MonitorState) {
     pen.put(area, 0, &title, Accent::Strong);
     pen.put_right(area, 0, &format!("rung {} of {}", view.rung + 1, rungs.len()));
     let body = Rect { y: area.y + 2, height: area.height.saturating_sub(2), ..area };
-    let (lines, said) = lines(view, &element, rungs, usize::from(body.height));
+    let (lines, said) = lines(view, &element, rungs, body);
     let compared = rungs.get(view.rung).and_then(|rung| view.compared(&element, rung));
     pen.put(area, 1, &what_is_chosen(state, compared, &said), Accent::Plain);
     let wanted = lines.iter().find_map(|line| line.chosen.as_ref()).map_or(0, |chosen| chosen.end);
@@ -79,19 +79,22 @@ fn value(state: &MonitorState, operand: &str) -> Option<String> {
 }
 
 /// The lines of the rungs around the chosen one, and the state of its marked symbol in words.
+/// `body`: the part of the page for them.
 fn lines(
     view: &LadderView,
     element: &str,
     rungs: &[RungPicture],
-    height: usize,
+    body: Rect,
 ) -> (Vec<PageLine>, String) {
+    // The drawing is one column to the right.
+    let (columns, height) = (usize::from(body.width.saturating_sub(1)), usize::from(body.height));
     let Some(chosen) = rungs.get(view.rung) else { return (Vec::new(), String::new()) };
-    let seen = view.rung_view(element, chosen);
+    let seen = view.rung_view(element, chosen, columns);
     let said = said(&seen, view.symbol).to_owned();
     let mut before: Vec<Vec<PageLine>> = Vec::new();
     let mut room = height / 3;
     for rung in rungs[..view.rung].iter().rev() {
-        let lines = rung_lines(rung, &view.rung_view(element, rung), None);
+        let lines = rung_lines(rung, &view.rung_view(element, rung, columns), None);
         let Some(left) = room.checked_sub(lines.len()) else { break };
         room = left;
         before.push(lines);
@@ -102,7 +105,7 @@ fn lines(
         if lines.len() >= height * 2 {
             break;
         }
-        lines.extend(rung_lines(rung, &view.rung_view(element, rung), None));
+        lines.extend(rung_lines(rung, &view.rung_view(element, rung, columns), None));
     }
     // If a rung is higher than the page, the part with the symbol is shown.
     let marked = lines.iter().position(|line| line.chosen.is_some()).unwrap_or(0);

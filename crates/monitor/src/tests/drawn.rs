@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use expect_test::{Expect, expect};
-use serde_json::json;
 
 use super::{Bench, SomeConduct, bit, status, word};
 use crate::message::{KeyPress, MonitorNews};
@@ -63,8 +62,7 @@ fn the_first_page_shows_its_states_in_words() {
 fn the_count_of_alarms_is_that_of_standing_ones_without_shelved_ones() {
     let mut bench = Bench::start();
     let mut shelved = status();
-    let shelf = json!({"who": "anna", "why": "Filter", "since_ns": 1, "until_ns": 2});
-    shelved["alarms"][0]["shelved"] = shelf;
+    shelved["alarms"][0]["shelved"] = super::shelf();
     bench.look(status(), Vec::new());
     assert!(bench.shown().contains("alarms: 1  forces: 1"), "{}", bench.shown());
     bench.look(shelved, Vec::new());
@@ -81,31 +79,31 @@ fn the_ladder_shows_power_without_colours() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                                       scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
-        alarms: 1  forces: 1  devices in trouble: 1
-        Main (Program, always runs), 1 of 2                                  rung 1 of 2
-        motor is ON; conducts, and power reaches it (scan 120)
-        ▶1. run  a.toml:11
-         ┃ start   stop   motor
-         ┣━━] [━━┳━]●/[━━━━(●)
-         ┃  X0   ┃  X1     Y0
-         ┃ motor ┃
-         ┣━━]●[━━┛
-         ┃  Y0
+            belt  RUN for 1m                                                       scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns 2
+            alarms: 1  forces: 1  devices in trouble: 1
+            Main (Program, always runs), 1 of 2                                  rung 1 of 2
+            motor is ON; conducts, and power reaches it (scan 120)
+            ▶1. run  a.toml:11
+             ┃ start   stop                                                      motor     │
+             ┣━━] [━━┳━]●/[━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━━(●)──────┤
+             ┃  X0   ┃  X1                                                         Y0      │
+             ┃ motor ┃                                                                     │
+             ┣━━]●[━━┛                                                                     │
+             ┃  Y0                                                                         │
 
-         2.  a.toml:16
-         ┃               jam
-         ┣━[ D0 > 500]─┬─( S)
-         ┃             │  C0
-         ┃             │
-         ┃             └─[ MOVE 0 to=D0]
-
-
+             2.  a.toml:16
+             ┃                                                                    jam      │
+             ┣━[ D0 > 500]─┬──────────────────────────────────────────────────────( S)─────┤
+             ┃             │                                                       C0      │
+             ┃             │                                                               │
+             ┃             └───────────────────────────────────────────────[ MOVE 0 to=D0]─┤
 
 
-        arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
-    "#]],
+
+
+            arrows  Tab next  w why  f force  u release  s write  a watch  Esc back  ?  q
+        "#]],
     );
     check_page(&bench);
 }
@@ -118,23 +116,23 @@ fn a_ladder_without_power_shows_the_reason() {
     check(
         &bench,
         expect![[r#"
-        belt  RUN for 1m                                   scan 6000
-        every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
-        alarms: 1  forces: 1  devices in trouble: 1
-        Main (Program, always runs), 1 of 2              rung 1 of 2
-        start; no power is shown yet
-        ▶1. run  a.toml:11
-         │ start   stop   motor
-         ├──] [──┬─] /[────( )
-         │  X0   │  X1     Y0
-         │ motor │
-         ├──] [──┘
-         │  Y0
+            belt  RUN for 1m                                   scan 6000
+            every 10ms  last 12.5 us  p99 31.0 us  max 44.0 us  overruns
+            alarms: 1  forces: 1  devices in trouble: 1
+            Main (Program, always runs), 1 of 2              rung 1 of 2
+            start; no power is shown yet
+            ▶1. run  a.toml:11
+             │ start   stop                                  motor     │
+             ├──] [──┬─] /[───────────────────────────────────( )──────┤
+             │  X0   │  X1                                     Y0      │
+             │ motor │                                                 │
+             ├──] [──┘                                                 │
+             │  Y0                                                     │
 
-         2.  a.toml:16
+             2.  a.toml:16
 
-        arrows  Tab next  w why  f force  u release  s write  a watc
-    "#]],
+            arrows  Tab next  w why  f force  u release  s write  a watc
+        "#]],
     );
     bench.news(MonitorNews::Power(Err("the scan log has no room".into())));
     assert!(bench.shown().contains("start; no power is shown: the scan log has no room"));
@@ -149,8 +147,8 @@ fn a_ladder_without_power_shows_the_reason() {
             Stage Filler.Fill, 2 of 2                        rung 1 of 1
             $On; its rung is not executed (scan 120)
             ▶1.  a.toml:27  not executed
-             │ $On   Y1
-             ├─] [───( )
+             │ $On                                             Y1      │
+             ├─] [────────────────────────────────────────────( )──────┤
 
 
 

@@ -178,6 +178,11 @@ fn word(operand: &str, value: i32) -> ShownValue {
     ShownValue { value: BitOrNumber::Word(value), ..bit(operand, operand, false) }
 }
 
+/// The shelf of an alarm.
+fn shelf() -> Value {
+    json!({"who": "anna", "why": "Filter", "since_ns": 1, "until_ns": 2})
+}
+
 fn status() -> Value {
     let spread = json!({
         "last_us": 12.5, "min_us": 9.0, "mean_us": 12.0, "p50_us": 12.0, "p99_us": 31.0,

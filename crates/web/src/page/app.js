@@ -582,38 +582,22 @@ function place(shown, line, rung) {
   shown.places.set(line, { root, words: [...rung.words, ...rung.outputs], lit: [...root.querySelectorAll("[data-p]")], power: undefined });
 }
 
-// The widest ladder, and the room of a coil's half with its name and of the margin behind the right rail, px.
-const LADDER_MAX = 900, COIL_HALF = 60, BEHIND = 12, TAIL = 8;
+// The widest ladder, px.
+const LADDER_MAX = 900;
 
-// Moves the coils and boxes of a drawing to a right rail, which all rungs have in one line if there is room.
+// Moves the right rail of a drawing, with its coils and boxes, to where all rungs have it if there is room.
 function atRightRail(svg, room) {
-  const number = (element, name) => Number(element.getAttribute(name)), height = number(svg, "height");
-  const width = Math.max(number(svg, "width") + 2 * TAIL, Math.min(room, LADDER_MAX)), rail = width - BEHIND;
-  const path = (kind, d) => {
-    const made = document.createElementNS(svg.namespaceURI, "path");
-    made.setAttribute("class", kind);
-    made.setAttribute("d", d);
-    return made;
-  };
-  for (const part of svg.querySelectorAll("g.coil, g.box")) {
-    const touch = part.querySelector(".touch"), box = part.querySelector("rect.symbol");
-    const end = number(touch, "x") + number(touch, "width"), middle = box ? 0 : number(part.querySelector(".name"), "x");
-    const edge = box ? number(box, "x") + number(box, "width") : middle + 10;
-    const by = Math.max(0, box ? rail - TAIL - edge : rail - Math.max(COIL_HALF, end - middle) - middle);
-    let y = 0;
+  const width = Number(svg.getAttribute("width")), by = Math.min(room, LADDER_MAX) - width;
+  if (by <= 0) return;
+  for (const part of svg.querySelectorAll("g.coil, g.box, .rail.right")) {
+    part.setAttribute("transform", `translate(${by} 0)`);
     // The wires to it become longer.
     for (const wire of part.querySelectorAll(".wire")) {
-      const [, from, at, to] = /^M(\d+) (\d+)H(\d+)/.exec(wire.getAttribute("d")) || [];
-      if (to === undefined) continue;
-      y = y || Number(at);
-      wire.setAttribute("d", `M${from - by} ${at}H${to}`);
+      wire.setAttribute("d", wire.getAttribute("d").replace(/^M\d+/, (start) => "M" + (start.slice(1) - by)));
     }
-    part.setAttribute("transform", `translate(${by} 0)`);
-    part.append(path("tail", `M${edge} ${y}H${rail - by}`));
   }
-  svg.append(path("rail", `M${rail} 0V${height}`));
-  svg.setAttribute("width", width);
-  svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
+  svg.setAttribute("width", width + by);
+  svg.setAttribute("viewBox", `0 0 ${width + by} ${svg.getAttribute("height")}`);
 }
 
 // The place for the values of a compare's sides, below its box.

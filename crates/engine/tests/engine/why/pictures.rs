@@ -21,6 +21,8 @@ use std::{env, fs};
 const LADDER: &str = include_str!("../../../../../config/programs/parts-bin.toml");
 /// The colours of `rungd web`.
 const STYLE: &str = include_str!("../../../../web/src/page/style.css");
+/// The width of the picture of the rungs.
+const WIDTH: usize = 660;
 /// The rungs in the picture.
 const SHOWN: [&str; 3] = ["count-parts", "full", "feed"];
 /// Every 400 ms a part passes the eye for 100 ms; the twelfth fills the bin.
@@ -91,7 +93,7 @@ fn lit(rung: &RungPicture, subject: &Subject, power: &ScanPower) -> (String, [us
         let on = power.contact(first + contact.leaf as u32).expect("the rung is executed");
         contact.form.conducts(on)
     };
-    let mut drawn = live_svg::drawing(&rung.grid, &rung.title());
+    let mut drawn = live_svg::drawing(&rung.grid, &rung.title(), WIDTH);
     for state in live_svg::power(&rung.grid, &conducts).chars() {
         drawn = drawn.replacen("data-p=\"\"", &format!("data-p=\"{state}\""), 1);
     }
