@@ -111,9 +111,11 @@ impl TrendLine {
         self.is_bit |= piece.values.iter().any(|at| matches!(at.value, Some(TagValue::Bit(_))));
     }
 
-    /// Takes what is behind the last whole chunk before a time.
-    pub fn continue_with(&mut self, piece: &PastPiece, to_ns: i64) {
+    /// Takes what is behind the last whole chunk before a time. What lies before `begin_ns`, where
+    /// the piece begins, is not read so far.
+    pub fn continue_with(&mut self, piece: &PastPiece, begin_ns: i64, to_ns: i64) {
         let first = to_ns.div_euclid(CHUNK_NS) * CHUNK_STEPS as i64;
+        let first = first.max(begin_ns.div_euclid(SECOND_NS));
         let count = usize::try_from(to_ns.div_euclid(SECOND_NS) + 1 - first).unwrap_or(0);
         let count = count.min(CHUNK_STEPS);
         self.newest = (first, steps(piece, first * SECOND_NS, count));
@@ -294,6 +296,20 @@ mod tests {
         let mut piece = piece(&[(0.0, 3)], &[(1.0, 3.0)]);
         piece.gaps[0].mode = Some("FAULT");
         assert_eq!(text(&steps(&piece, FROM_NS, 4)), "3 FAULT FAULT 3");
+    }
+
+    #[test]
+    fn what_the_live_view_does_not_have_after_a_restart_is_being_read_and_not_unrecorded() {
+        let mut line = TrendLine::default();
+        let piece = piece(&[(4.2, 5)], &[]);
+        line.continue_with(&piece, at(4.2), at(6.5));
+        let read = "is-being-read";
+        assert_eq!(
+            text(&line.steps(FROM_NS + 2 * SECOND_NS, 1, 6)),
+            format!("{read} {read} 5 5 5 {read}")
+        );
+        line.continue_with(&piece, at(-60.0), at(6.5));
+        assert_eq!(text(&line.steps(FROM_NS + 3 * SECOND_NS, 1, 2)), "not-recorded 5");
     }
 
     #[test]

@@ -2,12 +2,14 @@
 //! not.
 //!
 //! Called by `api`. The last minute comes from the live view, of which each question adds what is
-//! whole. What is older is read from the scan log (`live::past_trend`) on one thread at a time, the
-//! newest part first, in pieces, with a pause as long as the work; it ends when nobody asks any
-//! more. So a question never waits for the log: it gets what is known, and names the rest.
+//! whole. What is older is read from the scan log (`live::past_trend`) on one thread, which reads
+//! all operands, of each the newest part first, in pieces, with a pause as long as the work; it ends
+//! when nobody asks any more. So a question never waits for the log: it gets what is known, and names the rest.
 
+use std::cmp::Reverse;
 use std::collections::HashMap;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -23,8 +25,6 @@ use rungd_client::live::{NewestPiece, OpenedPast, TrendPast};
 
 /// The most operands that are kept; the one that was asked for longest ago is forgotten.
 const LINES_MAX: usize = 24;
-/// The most operands whose past is being read, or waits for it.
-const READINGS_MAX: usize = 8;
 /// The points of a trend, at most, and about.
 const STEPS_MAX: i64 = 600;
 /// The most chunks that are read at once: ten minutes.
@@ -40,8 +40,19 @@ const PAUSE_MAX: Duration = Duration::from_secs(2);
 #[derive(Clone, Default)]
 pub(super) struct TrendStore {
     trends: Arc<Mutex<HashMap<String, StoredTrend>>>,
-    /// Held by the one that reads the scan log.
-    turn: Arc<Mutex<()>>,
+    /// Whether a thread reads the scan log.
+    is_read: Arc<AtomicBool>,
+}
+
+/// Lets another reader begin after a panic of this one.
+struct ReaderEnd<'a>(&'a AtomicBool);
+
+impl Drop for ReaderEnd<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(false, Ordering::Relaxed);
+        }
+    }
 }
 
 /// The trend of an operand.
@@ -52,7 +63,6 @@ struct StoredTrend {
     from_ns: i64,
     /// Up to here the scan log is read: the end of the chunk in which the live view begins.
     until_ns: i64,
-    is_read: bool,
     /// When the last reading ended.
     read: Option<Instant>,
     /// Why a part cannot be read.
@@ -84,23 +94,17 @@ impl TrendStore {
         let until_ns = whole(newest.begin_ns + CHUNK_NS - 1).min(whole(to_ns));
         (stored.asked, stored.from_ns, stored.until_ns) = (Instant::now(), from_ns, until_ns);
         stored.line.fill(&newest.piece, newest.begin_ns, to_ns);
-        stored.line.continue_with(&newest.piece, to_ns);
+        stored.line.continue_with(&newest.piece, newest.begin_ns, to_ns);
         stored.line.forget(to_ns);
         let steps = stored.line.steps(from_ns, seconds, count);
-        let is_missing = stored.line.missing(from_ns, until_ns, 1).is_some();
         let (is_bit, note) = (stored.line.is_bit, stored.note.clone());
-        let is_early = stored.read.is_some_and(|read| read.elapsed() < READ_AGAIN);
-        let is_due = is_missing && !stored.is_read && !is_early && socket.is_some();
-        // Each reading is a thread, most of which wait for their turn.
-        let has_room = all.values().filter(|stored| stored.is_read).count() < READINGS_MAX;
-        let begins = is_due && has_room;
-        if let Some(stored) = all.get_mut(&operand).filter(|_| begins) {
-            stored.is_read = true;
-        }
+        let is_due = stored.is_due();
         drop_oldest(&mut all);
+        // Under the lock: a reader that ends has found nothing that is due.
+        let begins = is_due && socket.is_some() && !self.is_read.swap(true, Ordering::Relaxed);
         drop(all);
         if let Some(socket) = socket.filter(|_| begins) {
-            self.read(socket, operand.clone());
+            self.read(socket);
         }
         let drawn = DrawnSteps { from_ns, step_ns, is_bit, steps: &steps };
         let (points, gaps) = (drawn.points(), drawn.gaps());
@@ -113,25 +117,33 @@ impl TrendStore {
         })
     }
 
-    /// Reads what is missing, on a thread of its own.
-    fn read(&self, socket: PathBuf, operand: String) {
-        let (store, name) = (self.clone(), operand.clone());
+    /// Reads what is missing of all operands, on a thread of its own.
+    fn read(&self, socket: PathBuf) {
+        let store = self.clone();
         let read = move || {
-            let found = {
-                let _turn = locked(&store.turn);
-                store.read_all(&socket, &operand)
-            };
-            if let Some(stored) = locked(&store.trends).get_mut(&operand) {
-                (stored.is_read, stored.note) = (false, found.err());
-                stored.read = Some(Instant::now());
+            let _end = ReaderEnd(&store.is_read);
+            while let Some(operand) = store.next_due() {
+                let found = store.read_all(&socket, &operand);
+                if let Some(stored) = locked(&store.trends).get_mut(&operand) {
+                    (stored.note, stored.read) = (found.err(), Some(Instant::now()));
+                }
             }
         };
-        let spawned = thread::Builder::new().name("trend".to_owned()).spawn(read);
-        if spawned.is_err()
-            && let Some(stored) = locked(&self.trends).get_mut(&name)
-        {
-            stored.is_read = false;
+        if thread::Builder::new().name("trend".to_owned()).spawn(read).is_err() {
+            self.is_read.store(false, Ordering::Relaxed);
         }
+    }
+
+    /// The operand whose past is read next: one that was never read, else the one whose reading
+    /// ended longest ago, so that each has its turn. Of several, the one that was asked for last.
+    /// Without one, no thread reads any more.
+    fn next_due(&self) -> Option<String> {
+        let all = locked(&self.trends);
+        let due = all.iter().filter(|(_, stored)| stored.is_due());
+        let next = due.min_by_key(|(_, stored)| (stored.read, Reverse(stored.asked)));
+        let next = next.map(|(operand, _)| operand.clone());
+        self.is_read.store(next.is_some(), Ordering::Relaxed);
+        next
     }
 
     /// # Errors
@@ -169,17 +181,16 @@ impl TrendStore {
 }
 
 impl StoredTrend {
+    /// Whether a part is missing that somebody wants, and was not just tried.
+    fn is_due(&self) -> bool {
+        self.asked.elapsed() < UNASKED
+            && self.read.is_none_or(|read| read.elapsed() >= READ_AGAIN)
+            && self.line.missing(self.from_ns, self.until_ns, 1).is_some()
+    }
+
     fn new() -> StoredTrend {
         let (line, asked, note) = (TrendLine::default(), Instant::now(), None);
-        StoredTrend {
-            line,
-            asked,
-            from_ns: i64::MAX,
-            until_ns: i64::MIN,
-            is_read: false,
-            read: None,
-            note,
-        }
+        StoredTrend { line, asked, from_ns: i64::MAX, until_ns: i64::MIN, read: None, note }
     }
 }
 
@@ -188,12 +199,10 @@ fn whole(ns: i64) -> i64 {
     ns.div_euclid(CHUNK_NS) * CHUNK_NS
 }
 
-/// Forgets the operand that was asked for longest ago, if there are too many. What is being read
-/// stays, so that its thread is counted.
+/// Forgets the operand that was asked for longest ago, if there are too many.
 fn drop_oldest(all: &mut HashMap<String, StoredTrend>) {
     while all.len() > LINES_MAX {
-        let unread = all.iter().filter(|(_, stored)| !stored.is_read);
-        let oldest = unread.min_by_key(|(_, stored)| stored.asked);
+        let oldest = all.iter().min_by_key(|(_, stored)| stored.asked);
         let Some(oldest) = oldest.map(|(operand, _)| operand.clone()) else { return };
         all.remove(&oldest);
     }
@@ -277,22 +286,63 @@ mod tests {
     use rungd_client::live::PastPiece;
 
     #[test]
-    fn many_operands_are_neither_all_kept_nor_all_read_at_once() {
+    fn many_operands_are_neither_all_kept_nor_read_by_a_second_thread() {
         let store = TrendStore::default();
         let hour_ns = 3600 * SECOND_NS;
         let newest =
             NewestPiece { piece: PastPiece::default(), begin_ns: hour_ns, end_ns: hour_ns };
-        // No reading can begin while the test has the turn.
-        let turn = locked(&store.turn);
-        for number in 0..100 {
-            let socket = Some(PathBuf::from("/nonexistent/s"));
-            let operand = format!("D{number}");
+        let ask = |number: u32, socket: Option<&str>| {
+            let (operand, socket) = (format!("D{number}"), socket.map(PathBuf::from));
             store.answer(TrendQuestion { operand, span_ns: hour_ns, socket }, &newest);
-        }
-        let all = locked(&store.trends);
-        assert_eq!(all.len(), LINES_MAX);
-        assert_eq!(all.values().filter(|stored| stored.is_read).count(), READINGS_MAX);
-        assert!(all.contains_key("D0") && all.contains_key("D99"));
-        drop((all, turn));
+        };
+        (0..100).for_each(|number| ask(number, None));
+        assert_eq!(locked(&store.trends).len(), LINES_MAX);
+        assert!(!store.is_read.load(Ordering::Relaxed), "nowhere to read from");
+        // A thread reads: no other one begins, which would find that there is no such socket.
+        store.is_read.store(true, Ordering::Relaxed);
+        ask(99, Some("/nonexistent/s"));
+        assert!(locked(&store.trends).values().all(|stored| stored.note.is_none()));
+        // The reader begins with what was asked for last, and ends when nothing is due.
+        assert_eq!(store.next_due().as_deref(), Some("D99"));
+        locked(&store.trends).values_mut().for_each(|stored| stored.read = Some(Instant::now()));
+        assert_eq!(store.next_due(), None);
+        assert!(!store.is_read.load(Ordering::Relaxed), "the thread has ended");
+    }
+
+    #[test]
+    fn an_operand_whose_reading_ended_long_ago_is_read_before_one_that_was_just_asked_for() {
+        let store = TrendStore::default();
+        let now = Instant::now();
+        // Each has a missing part, and a time in seconds since it was asked for and since it was
+        // read.
+        let known = |operand: &str, asked: u64, read: Option<u64>| {
+            let ago = |seconds: u64| now.checked_sub(Duration::from_secs(seconds)).expect("a time");
+            let (asked, read) = (ago(asked), read.map(ago));
+            let (from_ns, until_ns) = (0, 4 * CHUNK_NS);
+            let stored = StoredTrend { asked, read, from_ns, until_ns, ..StoredTrend::new() };
+            locked(&store.trends).insert(operand.to_owned(), stored);
+        };
+        known("just_read", 0, Some(1));
+        known("unasked", 61, None);
+        known("earlier", 30, Some(20));
+        known("later", 0, Some(10));
+        assert_eq!(store.next_due().as_deref(), Some("earlier"));
+        known("new", 2, None);
+        known("newest", 1, None);
+        assert_eq!(store.next_due().as_deref(), Some("newest"));
+        assert!(store.is_read.load(Ordering::Relaxed));
+    }
+
+    #[test]
+    fn another_reader_begins_after_a_panic_of_one() {
+        let store = TrendStore::default();
+        store.is_read.store(true, Ordering::Relaxed);
+        let is_read = Arc::clone(&store.is_read);
+        let reader = thread::spawn(move || {
+            let _end = ReaderEnd(&is_read);
+            std::panic::resume_unwind(Box::new("the scan log cannot be read"));
+        });
+        assert!(reader.join().is_err());
+        assert!(!store.is_read.load(Ordering::Relaxed));
     }
 }

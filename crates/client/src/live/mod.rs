@@ -19,6 +19,8 @@ mod logged_program;
 #[cfg(test)]
 mod output_tests;
 mod past_trend;
+#[cfg(test)]
+mod past_trend_tests;
 mod program;
 mod tag_type;
 #[cfg(test)]

@@ -10,7 +10,8 @@ use rungd_history::observe::{CellChanged, Subject};
 use rungd_runtime::TapeSection;
 use rungd_runtime::exchange::Mode;
 
-/// The most points of a trend. A longer one keeps the lowest and the highest value of each stretch.
+/// The most points of a trend. A longer one keeps the lowest and the highest value of each stretch,
+/// and that one is not known.
 const POINTS_MAX: usize = 4000;
 /// Outside RUN no scan moves the end of a trend. So that the last value is seen, the trend goes on
 /// for at most this time.
@@ -215,19 +216,76 @@ fn modes(sections: &[Arc<TapeSection>]) -> Vec<((i64, u64), Mode)> {
     all
 }
 
-/// Keeps the lowest and the highest value of each stretch, in their order.
+/// Keeps of each stretch the lowest and the highest value, and the first that is not known, in
+/// their order. The contents of cells sort as the values do, of reals too, which are never a NaN.
 fn thinned(points: Vec<TrendPoint>) -> Vec<TrendPoint> {
     if points.len() <= POINTS_MAX {
         return points;
     }
-    let stretch = points.len().div_ceil(POINTS_MAX / 2);
+    let stretch = points.len().div_ceil(POINTS_MAX / 3);
     let ends = |points: &[TrendPoint]| {
-        let lowest = points.iter().min_by_key(|point| point.value).copied();
-        let highest = points.iter().max_by_key(|point| point.value).copied();
-        let mut both: Vec<TrendPoint> = lowest.into_iter().chain(highest).collect();
-        both.sort_by_key(|point| point.scan);
-        both.dedup();
-        both
+        let known = || points.iter().filter(|point| point.value.is_some());
+        let lowest = known().min_by_key(|point| point.value);
+        let highest = known().max_by_key(|point| point.value);
+        let unknown = points.iter().find(|point| point.value.is_none());
+        let kept = [lowest, highest, unknown].into_iter().flatten().copied();
+        let mut kept: Vec<TrendPoint> = kept.collect();
+        kept.sort_by_key(|point| point.scan);
+        kept.dedup();
+        kept
     };
     points.chunks(stretch).flat_map(ends).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rungd_engine::isa::Real;
+
+    fn points(contents: &[Option<i32>]) -> Vec<TrendPoint> {
+        let point = |(scan, value): (u64, &Option<i32>)| TrendPoint {
+            scan,
+            unix_ns: scan as i64,
+            value: *value,
+        };
+        (0..).zip(contents).map(point).collect()
+    }
+
+    /// What is kept of the first stretch of a trend that has these contents again and again.
+    fn kept(contents: &[Option<i32>]) -> Vec<Option<i32>> {
+        let many: Vec<_> = contents.iter().copied().cycle().take(3 * POINTS_MAX).collect();
+        let kept = thinned(points(&many));
+        assert!(kept.len() <= POINTS_MAX, "{}", kept.len());
+        assert!(kept.is_sorted_by_key(|point| point.scan));
+        let stretch = many.len().div_ceil(POINTS_MAX / 3) as u64;
+        kept.iter().take_while(|point| point.scan < stretch).map(|point| point.value).collect()
+    }
+
+    fn reals(values: &[f64]) -> Vec<Option<i32>> {
+        values.iter().map(|value| Some(Real::stored(*value).real.cell())).collect()
+    }
+
+    #[test]
+    fn a_short_trend_keeps_every_point() {
+        let all = points(&[Some(1), None, Some(1), Some(0)]);
+        assert_eq!(thinned(all.clone()), all);
+    }
+
+    #[test]
+    fn a_long_trend_keeps_the_lowest_and_the_highest_value_and_that_one_is_not_known() {
+        let contents = [-7, 3, 9, 4, 5, 0].map(Some);
+        let contents = [&contents[..], &[None, Some(1), None]].concat();
+        assert_eq!(kept(&contents), [Some(-7), Some(9), None]);
+    }
+
+    #[test]
+    fn a_long_trend_of_reals_keeps_the_lowest_and_the_highest_one() {
+        let values = reals(&[-1.0, -2.5, 3.0, 0.5, -0.5, 2.0, -0.0, -1e-40, 1e-40]);
+        assert_eq!(kept(&values), reals(&[-2.5, 3.0]));
+        let small = reals(&[0.0, -0.0, -1e-40, 1e-40, f64::MIN_POSITIVE]);
+        assert_eq!(kept(&small)[..2], reals(&[-1e-40, 1e-40]));
+        // Neither is ever stored.
+        let never = reals(&[-0.0, f64::INFINITY]);
+        assert_eq!(never, reals(&[0.0, f64::from(f32::MAX)]));
+    }
 }
