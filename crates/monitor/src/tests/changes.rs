@@ -76,6 +76,83 @@ fn an_alarm_is_acknowledged_after_confirmation() {
     assert!(orders.contains(&r#"{"do":"ack","alarms":["jam"]}"#.to_owned()), "{orders:?}");
 }
 
+/// The page of alarms, with `jam` chosen and the keys pressed.
+fn at_alarms(shelved: bool, keys: &str) -> Bench {
+    let mut bench = Bench::start();
+    if shelved {
+        let mut status = super::status();
+        status["alarms"][0]["shelved"] = super::shelf();
+        bench.look(status, Vec::new());
+    }
+    [KeyPress::Tab; 2].into_iter().for_each(|press| bench.press(press));
+    bench.orders();
+    bench.keys(keys);
+    bench
+}
+
+#[test]
+fn an_alarm_is_shelved_for_a_typed_time_with_a_reason() {
+    let mut bench = at_alarms(false, "h");
+    let shown = bench.shown();
+    assert!(shown.contains("Shelve jam") && shown.contains("for how long: 8h_"), "{shown}");
+    [KeyPress::Backspace; 2].into_iter().for_each(|press| bench.press(press));
+    bench.keys("half");
+    bench.press(KeyPress::Enter);
+    let shown = bench.shown();
+    assert!(shown.contains("for how long: half_") && shown.contains("30m, 8h, 168h"), "{shown}");
+    [KeyPress::Backspace; 4].into_iter().for_each(|press| bench.press(press));
+    bench.keys("30m");
+    bench.press(KeyPress::Enter);
+    assert!(bench.shown().contains("why: _"), "{}", bench.shown());
+    bench.press(KeyPress::Enter);
+    assert_eq!(sent(&mut bench), [""; 0], "nothing without a reason");
+    bench.keys("the eye is dirty ");
+    bench.press(KeyPress::Enter);
+    let order = r#"{"do":"shelve","alarms":["jam"],"for_ms":1800000,"why":"the eye is dirty"}"#;
+    assert_eq!(sent(&mut bench), [order]);
+    assert!(bench.state.dialog.is_none());
+}
+
+#[test]
+fn an_alarm_without_a_time_is_out_of_service() {
+    let mut bench = at_alarms(false, "h");
+    [KeyPress::Backspace; 2].into_iter().for_each(|press| bench.press(press));
+    bench.press(KeyPress::Enter);
+    assert!(bench.shown().contains("for how long: out of service"), "{}", bench.shown());
+    bench.keys("rebuilt");
+    bench.press(KeyPress::Enter);
+    assert_eq!(sent(&mut bench), [r#"{"do":"shelve","alarms":["jam"],"why":"rebuilt"}"#]);
+}
+
+#[test]
+fn a_shelved_alarm_is_brought_back_after_confirmation() {
+    let mut bench = at_alarms(true, "h");
+    assert!(bench.shown().contains("Bring back jam?"), "{}", bench.shown());
+    assert_eq!(sent(&mut bench), [""; 0], "nothing before the answer");
+    bench.keys("y");
+    assert_eq!(sent(&mut bench), [r#"{"do":"unshelve","alarms":["jam"]}"#]);
+}
+
+#[test]
+fn escape_and_what_is_no_alarm_shelve_nothing() {
+    let mut bench = at_alarms(false, "h");
+    bench.press(KeyPress::Enter);
+    bench.keys("a reason");
+    bench.press(KeyPress::Escape);
+    assert!(bench.state.dialog.is_none());
+    let mut watching = watching();
+    watching.keys("h");
+    assert!(watching.shown().contains("D0 is no alarm of the list"), "{}", watching.shown());
+    assert_eq!((sent(&mut bench), sent(&mut watching)), (vec![], vec![]));
+}
+
+/// The changes that are sent since the last call of `orders`.
+fn sent(bench: &mut Bench) -> Vec<String> {
+    let mut orders = bench.orders();
+    orders.retain(|order| order.starts_with("{\"do\""));
+    orders
+}
+
 #[test]
 fn every_key_but_y_cancels_a_change() {
     for leave in [KeyPress::Escape, KeyPress::Char('n'), KeyPress::Interrupt] {
