@@ -229,11 +229,11 @@ impl<'a> Pen<'a> {
             self.lit()
         );
         self.title(symbol.label.doc.as_deref(), None);
-        let start = match symbol.coil {
+        match symbol.coil {
             Some(letter) => self.coil(placed, letter, [x, y]),
             None => self.legs(placed, [x, y]),
-        };
-        self.touch(start..self.rail, y);
+        }
+        self.touch(x..self.rail, y);
         self.svg.text.push_str("</g>\n");
     }
 
@@ -247,11 +247,10 @@ impl<'a> Pen<'a> {
         }
     }
 
-    /// Draws a coil, with the wires to it and to the right rail. Returns where its touch begins.
-    fn coil(&mut self, placed: &PlacedInstruction, letter: &str, [x, y]: [usize; 2]) -> usize {
+    /// Draws a coil, with the wires to it and to the right rail.
+    fn coil(&mut self, placed: &PlacedInstruction, letter: &str, [x, y]: [usize; 2]) {
         let label = &placed.symbol.label;
-        let half = half_coil(label);
-        let middle = self.rail - behind_coil(half);
+        let middle = self.rail - behind_coil(half_coil(label));
         let (from, to) = (middle - HALF, middle + HALF);
         let (top, bottom) = (y - HALF, y + HALF);
         self.wire(&format!("M{x} {y}H{from}"));
@@ -267,7 +266,6 @@ impl<'a> Pen<'a> {
             self.label(&Label { text: address, at: [middle, y + HALF + 13], class: "address" });
         }
         self.tail(to, y);
-        middle - half - LEAD
     }
 
     /// Draws the wire from an instruction to the right rail. It is never lit.
@@ -275,9 +273,8 @@ impl<'a> Pen<'a> {
         self.svg.path("tail", format_args!("M{from} {y}H{}", self.rail));
     }
 
-    /// Draws a box with its legs, and the wires to it and to the right rail. Returns where its
-    /// touch begins.
-    fn legs(&mut self, placed: &PlacedInstruction, [x, y]: [usize; 2]) -> usize {
+    /// Draws a box with its legs, and the wires to it and to the right rail.
+    fn legs(&mut self, placed: &PlacedInstruction, [x, y]: [usize; 2]) {
         let BoxText { text, names, width } = BoxText::of(placed);
         let from = self.rail - TAIL - width;
         let last = placed.legs.last().map_or(placed.row, |(_, row)| *row);
@@ -297,7 +294,6 @@ impl<'a> Pen<'a> {
         let at = [from + CHAR + names * CHAR, y + 4];
         self.label(&Label { text: &text, at, class: "text" });
         self.tail(from + width, y);
-        from - LEAD
     }
 
     /// Draws a box with a text. `x`: its left edge; `y`: its middle.

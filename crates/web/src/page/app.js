@@ -591,7 +591,12 @@ function atRightRail(svg, room) {
   if (by <= 0) return;
   for (const part of svg.querySelectorAll("g.coil, g.box, .rail.right")) {
     part.setAttribute("transform", `translate(${by} 0)`);
-    // The wires to it become longer.
+    // The wires to it become longer, and what reacts to a press with them.
+    const touch = part.querySelector(".touch");
+    if (touch) {
+      touch.setAttribute("x", touch.getAttribute("x") - by);
+      touch.setAttribute("width", Number(touch.getAttribute("width")) + by);
+    }
     for (const wire of part.querySelectorAll(".wire")) {
       wire.setAttribute("d", wire.getAttribute("d").replace(/^M\d+/, (start) => "M" + (start.slice(1) - by)));
     }
