@@ -255,17 +255,17 @@ fn framed(chars: &mut [Vec<char>], read: &mut ReadRung) {
     let (Some((left, top)), Some((right, _))) = (place('┌'), place('┐')) else { return };
     let bottom = (top..chars.len()).find(|y| chars[*y][left] == '└').expect("a frame ends");
     let mut text = None;
-    for y in top..=bottom {
-        let inner: String = chars[y][left + 1..right].iter().collect();
+    for (y, line) in chars.iter_mut().enumerate().take(bottom + 1).skip(top) {
+        let inner: String = line[left + 1..right].iter().collect();
         let (leg, behind) = inner.trim().split_once(' ').unwrap_or((inner.trim(), ""));
-        if chars[y][left] == '┤' {
+        if line[left] == '┤' {
             let from = ReadPoint { x: left - 1, y };
             let text = text.get_or_insert_with(|| behind.trim().to_owned());
             read.outlets.push((from, leg.to_owned(), text.clone()));
         } else if y > top && y < bottom {
-            assert_eq!((chars[y][left], leg), ('│', ""), "{inner}");
+            assert_eq!((line[left], leg), ('│', ""), "{inner}");
         }
-        chars[y][left..=right].fill(' ');
+        line[left..=right].fill(' ');
     }
 }
 

@@ -18,6 +18,9 @@ function spanButtons(minutes, chosen) {
   return h("div", { class: "tools spans", role: "group", "aria-label": "the time that is shown" }, ...buttons);
 }
 
+// Whether a part of a trend is still being read.
+const isBeingRead = (got) => (got.gaps || []).some((gap) => gap[2] === BEING_READ);
+
 // Looks at a trend again and again, as often as its span wants. `took` gets each answer, `failed` each failure.
 function follow(operand, minutes, took, failed) {
   let shown = minutes, timer = null, turn = 0;
@@ -28,7 +31,7 @@ function follow(operand, minutes, took, failed) {
       const got = await get("/api/trend", { operand, ...(shown > 1 ? { minutes: shown } : held()) });
       if (mine !== turn) return;
       took(got);
-      again((got.gaps || []).some((gap) => gap[2] === BEING_READ) ? READ_EVERY : every);
+      again(isBeingRead(got) ? READ_EVERY : every);
     } catch (error) { if (mine === turn) { failed(error); again(every); } }
   }
   look();
@@ -203,12 +206,12 @@ function trend(name) {
     if (tells || !said.textContent) said.textContent = words;
   }
   const following = () => follow(name, 1, (got) => {
-    const isOther = !data || data.minutes !== got.minutes;
+    const isOther = !data || data.minutes !== got.minutes, isKnown = data && isBeingRead(data) && !isBeingRead(got);
     // What is zoomed into stands still, so that it can be read.
     if (!isOther && (zoom.from > 0 || zoom.to < 1)) return;
     data = got;
     said.className = "soft";
-    show(isOther);
+    show(isOther || isKnown);
   }, (error) => { said.className = "error"; said.textContent = error.message; });
   canvas.addEventListener("wheel", (event) => {
     event.preventDefault();
