@@ -3,8 +3,9 @@
 //!
 //! Called by `api`. The last minute comes from the live view, of which each question adds what is
 //! whole. What is older is read from the scan log (`live::past_trend`) on one thread, which reads
-//! all operands, of each the newest part first, in pieces, with a pause as long as the work; it ends
-//! when nobody asks any more. So a question never waits for the log: it gets what is known, and names the rest.
+//! all operands in turn, of each the newest part first, in pieces, with a pause as long as the
+//! work; it ends when nobody asks any more. So a question never waits for the log: it gets what is
+//! known, and names the rest.
 
 use std::cmp::Reverse;
 use std::collections::HashMap;

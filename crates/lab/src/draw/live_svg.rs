@@ -33,8 +33,8 @@ impl Decoration for LivePen {
     }
 }
 
-/// The drawing of a rung, an `svg` element. `title`: its description for screen readers. `room`: its
-/// width, unless the rung is wider; with 0 the page moves the right rail to where it has room.
+/// The drawing of a rung, an `svg` element. `title`: its description for screen readers. `room`:
+/// its width, unless the rung is wider; with 0 the page moves the right rail to where it has room.
 pub fn drawing(grid: &RungGrid, title: &str, room: usize) -> String {
     let drawing = svg::rung(grid, &LivePen { room });
     let ([width, height], title) = (drawing.size, escaped(title));
