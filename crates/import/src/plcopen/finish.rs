@@ -1,12 +1,13 @@
 //! The rungs and the outcome of a body whose last pass is made; called by `passes`.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use super::body::{BodyPlace, Pass, PassNeeds, TranslatedBody};
 use super::elements::ElementBody;
 use super::graph::LadderGraph;
 use super::memory::PlcopenMemory;
 use super::networks::{LadderNetwork, conditions, description, parts};
+use super::rung_names::RungNames;
 use crate::model::{Fate, ProjectRung, RungBody, RungOutcome};
 use crate::rungs::{ForeignRung, rungs};
 use rungd_language::source::renaming::kebab;
@@ -59,7 +60,8 @@ pub(super) fn finished(
         let prefix = format!("{}_{}", place.prefix, name.replace('-', "_"));
         let foreign = ForeignRung { name, doc, prefix, names: &mut memory.names, tags: &mut tags };
         let mut made = rungs(turn.steps, foreign);
-        names.keep_apart(&mut made);
+        // `stop-2` may be the second rung of `stop`, or of a coil `stop_2`.
+        made.iter_mut().skip(1).for_each(|rung| names.keep_apart(rung));
         if turn.is_head { &mut done.heads } else { &mut done.rungs }.extend(made);
         memory.scopes[place.scope].tags.extend(tags);
     }
@@ -112,38 +114,6 @@ fn rung_name(all: Networks<'_>, network: &LadderNetwork, names: &mut RungNames) 
     let is_legal =
         |name: &String| name.len() <= 60 && name.starts_with(|c: char| c.is_ascii_lowercase());
     let base = named.or(block).filter(is_legal).unwrap_or_else(|| "network".to_owned());
-    let mut name = base.clone();
-    let number = names.next.entry(base.clone()).or_insert(1);
     // The rungs of a network are called `name`, `name-2` …
-    while !names.taken.insert(name.clone()) {
-        *number += 1;
-        name = format!("{base}-n{number}");
-    }
-    name
-}
-
-/// The names of the rungs of a body.
-#[derive(Debug, Default)]
-struct RungNames {
-    taken: HashSet<String>,
-    /// The last number behind a name.
-    next: HashMap<String, usize>,
-}
-
-impl RungNames {
-    /// Renames further rungs of a network that are called as those of another one: `stop-2` may
-    /// be the second rung of `stop`, or of a coil `stop_2`. The name of a use stays.
-    fn keep_apart(&mut self, rungs: &mut [ProjectRung]) {
-        for rung in rungs.iter_mut().skip(1) {
-            let is_use = matches!(rung.body, RungBody::Use { .. });
-            let Some(name) = rung.name.as_mut().filter(|_| !is_use) else { continue };
-            let base = name.clone();
-            for number in 2.. {
-                if self.taken.insert(name.clone()) {
-                    break;
-                }
-                *name = format!("{base}-n{number}");
-            }
-        }
-    }
+    names.fresh(base)
 }

@@ -25,6 +25,7 @@ mod networks;
 mod passes;
 mod power;
 mod project;
+mod rung_names;
 mod sfc;
 mod sfc_actions;
 mod sfc_condition;

@@ -10,6 +10,7 @@ use std::collections::{HashMap, HashSet};
 use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
 use super::memory::PlcopenMemory;
 use super::networks::network_rows;
+use super::rung_names::RungNames;
 use super::sfc_actions::{AT_NO_STEP, KnownActions, NEVER};
 use super::sfc_elements::{ActionBody, NamedBody, SfcBody, SfcChart};
 use super::sfc_links::links;
@@ -37,7 +38,7 @@ pub(super) fn translated_chart(
         was: HashMap::new(),
         batch: StepBatch::default(),
         elapsed: None,
-        names: HashSet::new(),
+        names: RungNames::default(),
         rows: 0,
         known: HashMap::new(),
         named: HashSet::new(),

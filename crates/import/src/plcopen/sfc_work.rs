@@ -7,6 +7,7 @@ use std::collections::{HashMap, HashSet};
 use super::body::{BodyPlace, TranslatedBody, UnitBlocks};
 use super::elements::ConditionSource;
 use super::memory::PlcopenMemory;
+use super::rung_names::RungNames;
 use super::sfc_elements::SfcChart;
 use super::sfc_links::ChartLinks;
 use super::types::StepTag;
@@ -35,7 +36,7 @@ pub(super) struct ChartWork<'c> {
     pub(super) batch: StepBatch,
     /// The word with the time since the last scan.
     pub(super) elapsed: Option<String>,
-    pub(super) names: HashSet<String>,
+    pub(super) names: RungNames,
     /// How many rows of the report the program itself has.
     pub(super) rows: usize,
     /// The conditions of transitions with bodies of their own.
@@ -99,16 +100,7 @@ impl ChartWork<'_> {
 
     /// Adds a rung to a part of the scan, with a name that no other one has.
     pub(super) fn push(&mut self, part: ScanPart, mut rung: ProjectRung) {
-        let is_use = matches!(rung.body, RungBody::Use { .. });
-        if let Some(name) = rung.name.as_mut().filter(|_| !is_use) {
-            let base = name.clone();
-            for number in 2.. {
-                if self.names.insert(name.clone()) {
-                    break;
-                }
-                *name = format!("{base}-n{number}");
-            }
-        }
+        self.names.keep_apart(&mut rung);
         match part {
             ScanPart::Times => &mut self.rungs.times,
             ScanPart::Heads => &mut self.rungs.heads,
