@@ -27,12 +27,13 @@ sys.path.insert(0, os.path.join(HERE, "tests"))
 
 import browser_rig as rig  # noqa: E402
 
-RUNGS, TAGS = 10_000, 1_800
+RUNGS, TAGS = 10_000, 5_000
 LARGE = """
 ladder = ["ladder.toml"]
 scan.period = "10ms"
 scan.watchdog = "30s"
 operator.socket = "s"
+memory.C = 6000
 """
 # A time without viewers that is longer than `VIEWED` of crates/web/src/follow.rs.
 NOBODY_S = 12
@@ -59,9 +60,9 @@ def lift_station():
     plant.folder = rig.tempfile.mkdtemp(prefix="rungd-b-")
     shutil.copytree(os.path.join(HERE, "config"), plant.folder, dirs_exist_ok=True)
     with open(os.path.join(HERE, "config/lift-station.toml")) as file:
-        text = file.read().replace('watchdog = "200ms"', 'watchdog = "30s"')
+        text = file.read().replace('watchdog = "200ms"', 'watchdog = "30s"').replace('"lift-station.sock"', '"s"')
     with open(os.path.join(plant.folder, "controller.toml"), "w") as file:
-        file.write('operator.socket = "s"\n' + text)
+        file.write(text)
     plant.socket = os.path.join(plant.folder, "s")
     plant.start()
     return plant

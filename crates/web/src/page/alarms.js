@@ -14,10 +14,12 @@ function alarmsInShort(alarms) {
 function alarmTable(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   const clock = (at) => at ? clockOf(at.unix_ns / 1e6) : "";
-  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", "group", "state", "since", "today", ""].map((name) =>
+  // Without groups their column would take the room of the text.
+  const group = alarms.some((alarm) => alarm.group) ? ["group"] : [];
+  return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", ...group, "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
     h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
-    h("td", {}, alarm.priority), h("td", {}, alarm.group || ""), h("td", {}, stateOf(alarm)),
+    h("td", {}, alarm.priority), group.length ? h("td", {}, alarm.group || "") : null, h("td", {}, stateOf(alarm)),
     h("td", { class: "num", "data-label": "since" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
     h("td", { class: "num", "data-label": "today" }, String(alarm.day || "")), h("td", {}, handling(alarm))))));
 }

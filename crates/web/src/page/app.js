@@ -160,7 +160,7 @@ function head() {
   $("mode").className = now.mode === "RUN" ? "" : "alarm";
   const then = state.hold ? `; you look at scan ${state.scan}, ${clock}, in ${state.mode}` : `, scan ${state.scan}, ${clock}`;
   $("clock").textContent = state.scan ? then : "";
-  const alarms = status ? status.alarms.filter((alarm) => !alarm.ended).length : 0;
+  const alarms = status ? status.alarms.filter((alarm) => !alarm.ended && !alarm.shelved).length : 0;
   const place = $("alarms-short");
   place.textContent = alarms === 0 ? "no alarm" : alarms === 1 ? "1 alarm" : alarms + " alarms";
   place.className = alarms ? "alarm" : "soft";
