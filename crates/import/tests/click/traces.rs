@@ -3,7 +3,7 @@
 //!
 //! `traces.txt` has what pyrung did with the first ones. With pip's pyrung, others are made here:
 //! `RUNGD_CLICK_LADDERS=500 cargo test -p rungd-import click::traces -- --nocapture` is the long
-//! run.
+//! run. `RUNGD_PYRUNG_PYTHON` names the Python that has pyrung, if it is not `python3`.
 
 use std::process::Command;
 
@@ -71,7 +71,8 @@ fn kept_ladders_do_what_pyrung_does_in_every_scan() {
 
 #[test]
 fn random_ladders_do_what_pyrung_does_in_every_scan() {
-    let mut probe = Command::new("python3");
+    let python = std::env::var_os("RUNGD_PYRUNG_PYTHON").unwrap_or_else(|| "python3".into());
+    let mut probe = Command::new(&python);
     probe.args(["-c", "import pyrung.click"]);
     if !usable(works("pip's pyrung", &mut probe)) {
         return;
@@ -80,7 +81,7 @@ fn random_ladders_do_what_pyrung_does_in_every_scan() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/click/traces.py");
     // Behind the numbers of the kept ones.
     let arguments = [script.to_owned(), count.to_string(), "100".to_owned(), "1000".to_owned()];
-    let made = Command::new("python3").args(arguments).output().unwrap();
+    let made = Command::new(&python).args(arguments).output().unwrap();
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     assert_eq!(compare_all(&String::from_utf8(made.stdout).unwrap()) as u64, count);
 }
