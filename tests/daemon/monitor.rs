@@ -128,7 +128,12 @@ fn the_monitor_shows_forces_and_leaves_a_clean_screen() {
     tmux.keys(&["BTab", "BTab"]);
 
     tmux.keys(&["l"]);
-    tmux.awaits(&["Main (Program, always runs)", "┣━]●/[━━━━(●)", "conducts, and power reaches"]);
+    tmux.awaits(&[
+        "Main (Program, always runs)",
+        "┣━]●/[━━━━",
+        "━━(●)━",
+        "conducts, and power reaches",
+    ]);
     tmux.keys(&["Escape"]);
 
     tmux.awaits(&["▶Watch"]);
