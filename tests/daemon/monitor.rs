@@ -131,7 +131,7 @@ fn the_monitor_shows_forces_and_leaves_a_clean_screen() {
     tmux.awaits(&[
         "Main (Program, always runs)",
         "┣━]●/[━━━━",
-        "━━(●)━",
+        "━(●)─",
         "conducts, and power reaches",
     ]);
     tmux.keys(&["Escape"]);
