@@ -12,7 +12,7 @@ use super::graph::BlockOutput;
 use super::literals::{IecLiteral, literal};
 use super::types::IecType;
 
-/// Most elements that are looked at.
+/// Most elements that are looked at. What more of them lead to is not taken for a BOOL.
 const STEPS_MAX: usize = 1_000;
 
 impl LadderBody<'_, '_> {
@@ -22,8 +22,11 @@ impl LadderBody<'_, '_> {
         let mut seen = Vec::new();
         let mut waiting = vec![output.element];
         while let Some(at) = waiting.pop() {
-            if seen.contains(&at) || seen.len() > STEPS_MAX {
+            if seen.contains(&at) {
                 continue;
+            }
+            if seen.len() == STEPS_MAX {
+                return false;
             }
             seen.push(at);
             let Some(block) = graph.elements[at].body.block() else { return false };
