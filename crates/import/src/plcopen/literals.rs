@@ -1,5 +1,7 @@
 //! Literals of IEC 61131-3: `TRUE`, `16#FF`, `INT#-5`, `1.5e3`, `T#1m30s`.
 
+use super::types::IecType;
+
 /// A literal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum IecLiteral {
@@ -11,6 +13,13 @@ pub(super) enum IecLiteral {
         ms: i64,
         is_rounded: bool,
     },
+}
+
+/// The type that a literal of a whole number names: `DINT#5`.
+pub(super) fn named_type(text: &str) -> Option<IecType> {
+    let (head, _) = text.trim().split_once('#')?;
+    let named = IecType::named(head.trim()).ok()?;
+    matches!(named, IecType::Whole { .. }).then_some(named)
 }
 
 /// The literal that a text is; `None` if it is none.

@@ -6,7 +6,7 @@ use super::body::{ElementCalls, LadderBody};
 use super::elements::{BlockPin, CoilStorage, Connection, ElementBody, Modifier, SensedEdge};
 use super::formula::{FormulaType, IecFormula};
 use super::graph::BlockOutput;
-use super::literals::{IecLiteral, literal};
+use super::literals::{IecLiteral, literal, named_type};
 use super::memory::LocatedPlace;
 use super::power::{modified, weight};
 use super::types::IecType;
@@ -284,7 +284,11 @@ impl LadderBody<'_, '_> {
             if matches!(value, IecLiteral::Time { is_rounded: true, .. }) {
                 self.differences.insert(format!("`{text}` is rounded to whole ms"));
             }
-            return Ok(IecFormula::of_literal(value));
+            let formula = IecFormula::of_literal(value);
+            return match named_type(text) {
+                Some(named) => formula.fitted(named),
+                None => Ok(formula),
+            };
         }
         let located = self.read(text, false)?;
         Ok(formula_of(&located))

@@ -42,6 +42,20 @@ fn a_calculated_whole_number_becomes_a_real_and_no_long_real() {
 }
 
 #[test]
+fn a_calculation_of_constants_alone_keeps_its_type() {
+    let tags = "small = { type = \"word\" }\nnum = { type = \"int\" }";
+    for formula in
+        ["-(27)", "if(X1, -1, 2)", "max(-3, min(5, 70000))", "(33 - 7) * 3 - 2000000000 * 2"]
+    {
+        let rung =
+            |name: &str| format!("{{ when = [\"X0\"], do = [\"MATH {name} = {formula}\"] }}");
+        let program = program(tags, &format!("rung = [{}, {}]", rung("small"), rung("num")));
+        let judge = Judge { name: formula, program: &program, scans: 50, step_ms_max: 20 };
+        judge.judge(&mut SplitMix64(7)).unwrap();
+    }
+}
+
+#[test]
 fn a_program_called_as_a_block_of_the_library_gets_a_name_of_its_own() {
     let tags = "wait = { type = \"timer\" }";
     let rungs = "rung = [{ when = [\"X0\"], do = [\"TMR wait preset=1s\"] }, \

@@ -291,6 +291,8 @@ impl<'r> Run<'r> {
         if let Some(ms) = text.strip_prefix("T#") {
             return Value::Whole(ms.trim_end_matches("ms").parse().unwrap());
         }
+        let text =
+            ["DINT#", "LINT#"].iter().find_map(|kind| text.strip_prefix(kind)).unwrap_or(text);
         match text {
             "TRUE" => Value::Bool(true),
             "FALSE" => Value::Bool(false),

@@ -203,7 +203,10 @@ impl RungExport<'_, '_> {
                 let divisor = self.stored_number(right.source, type_name);
                 self.divided(name, left.source, divisor, [0, 1].map(CallLiteral::Whole))
             }
-            _ => of_two(name, left.source, right.source),
+            _ => {
+                let [left, right] = WholeResult::beside([left, right]);
+                of_two(name, left, right)
+            }
         };
         Ok(WholeResult { source, low, high, is_long })
     }
@@ -310,7 +313,8 @@ impl RungExport<'_, '_> {
         let of = |one: i128, other: i128| if is_min { one.min(other) } else { one.max(other) };
         let (low, high) = (of(left.low, right.low), of(left.high, right.high));
         let is_long = left.is_long;
-        let source = of_two(name, left.source, right.source);
+        let [left, right] = WholeResult::beside([left, right]);
+        let source = of_two(name, left, right);
         Ok(FormulaResult::Whole(WholeResult { source, low, high, is_long }))
     }
 
@@ -336,7 +340,8 @@ impl RungExport<'_, '_> {
                 let [off, on] = self.both_whole([off, on]);
                 let (low, high) = (off.low.min(on.low), off.high.max(on.high));
                 let is_long = off.is_long;
-                let source = select(power, off.source, on.source);
+                let [off, on] = WholeResult::beside([off, on]);
+                let source = select(power, off, on);
                 FormulaResult::Whole(WholeResult { source, low, high, is_long })
             }
         }

@@ -59,6 +59,18 @@ impl WholeResult {
         WholeResult { source, is_long: true, ..self }
     }
 
+    /// Two operands of one function. Two literals get their type, else the function has none.
+    pub(super) fn beside(sides: [WholeResult; 2]) -> [CallSource; 2] {
+        let are_literals = sides.iter().all(|side| side.literal().is_some());
+        sides.map(|side| match side.literal().filter(|_| are_literals) {
+            Some(number) => {
+                let is_long = side.is_long;
+                CallSource::Literal(CallLiteral::TypedWhole { number, is_long })
+            }
+            None => side.source,
+        })
+    }
+
     /// As an LREAL.
     pub(super) fn real(self) -> CallSource {
         match (self.literal(), self.is_long) {

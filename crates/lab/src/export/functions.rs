@@ -119,7 +119,9 @@ pub(super) fn compared(name: &str, left: &CallSource, right: &CallSource) -> Opt
 /// The number of a literal.
 pub(super) fn literal(source: &CallSource) -> Option<i64> {
     match source {
-        CallSource::Literal(CallLiteral::Whole(number)) => Some(*number),
+        CallSource::Literal(
+            CallLiteral::Whole(number) | CallLiteral::TypedWhole { number, .. },
+        ) => Some(*number),
         CallSource::Literal(_)
         | CallSource::Variable(_)
         | CallSource::Power(_)
