@@ -12,6 +12,7 @@ use super::document::VariableUse;
 use super::formula::IecFormula;
 use super::memory::LocatedPlace;
 use super::passes::{asked, translated};
+use super::rung_names::RungNames;
 use super::sfc_elements::{ActionBody, SfcAction, SfcBody};
 use super::sfc_qualifiers::AtStep;
 use super::sfc_work::{ChartWork, ScanPart, StepBatch, act};
@@ -142,7 +143,11 @@ impl<'c> ChartWork<'c> {
     fn judgement(&mut self, step: usize, needed: &[ProjectRung], actions: &mut ChartActions) {
         let name = "judgement".to_owned();
         let doc = format!("What the transitions of {} need of the next scan", self.place.title);
-        let call = self.subroutine(&name, doc, needed.to_vec());
+        // Each condition gave its rungs names of its own.
+        let mut names = RungNames::default();
+        let mut rungs = needed.to_vec();
+        rungs.iter_mut().for_each(|rung| names.keep_apart(rung));
+        let call = self.subroutine(&name, doc, rungs);
         let mut action = ChartAction::of(name, ActionTarget::Body(call));
         action.set.push(self.is_active(step));
         actions.all.push(action);
