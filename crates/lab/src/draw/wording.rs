@@ -7,6 +7,7 @@ use rungd_engine::isa::Address;
 use rungd_language::resolve::array::ShiftBits;
 use rungd_language::resolve::operand_list::OperandValue;
 use rungd_language::resolve::program::{Contact, Instruction, Program};
+use rungd_language::source::span::Span;
 
 /// The names of a program.
 pub(super) struct Wording<'p> {
@@ -59,19 +60,16 @@ impl<'p> Wording<'p> {
             return (spec.name, self.copied_records(instruction));
         }
         let texts = instruction.operands.0.iter().map(|operand| {
-            let text = self.operand(operand.value);
+            let text = self.operand(operand.value, operand.span);
             match (operand.row.key, &instruction.calculation) {
                 (Some(key), _) => format!("{key}={text}"),
-                (None, Some(template_use)) => {
-                    let index = template_use
-                        .index
-                        .as_ref()
-                        .map(|index| format!("[{}]", self.program.names.formula(index)));
-                    format!(
-                        "{text}{} = {}",
-                        index.unwrap_or_default(),
-                        self.program.names.formula(&template_use.value)
-                    )
+                (None, Some(calculation)) => {
+                    let formulas = calculation.index.iter().chain([&calculation.value]);
+                    let formulas = formulas.collect::<Vec<_>>();
+                    match &self.program.names.formulas(&formulas, instruction.span)[..] {
+                        [index, value] => format!("{text}[{index}] = {value}"),
+                        values => format!("{text} = {}", values.join(", ")),
+                    }
                 }
                 (None, None) => text,
             }
@@ -82,18 +80,18 @@ impl<'p> Wording<'p> {
     /// The two records of a COPY: the name of a field, without the field.
     fn copied_records(&self, instruction: &Instruction) -> Vec<String> {
         let both = instruction.operands.0.iter().take(2).map(|operand| {
-            let field = self.operand(operand.value);
+            let field = self.operand(operand.value, operand.span);
             let record = field.rsplit_once('.').map_or(field.as_str(), |(record, _)| record);
             operand.row.key.map_or(record.to_owned(), |key| format!("{key}={record}"))
         });
         both.collect()
     }
 
-    fn operand(&self, operand: OperandValue) -> String {
+    fn operand(&self, operand: OperandValue, place: Span) -> String {
         match operand {
             OperandValue::Bit(bit) => self.program.names.name(Address::Bit(bit)),
             OperandValue::Word(word) => self.program.names.name(Address::Word(word)),
-            OperandValue::Value(value) => self.program.names.value(value),
+            OperandValue::Value(value) => self.program.names.value_at(value, place),
             OperandValue::Structure(of) => self.program.names.name(Address::Structure(of)),
             OperandValue::Block(id) => self.program.block(id).name.clone(),
             OperandValue::Stage(id) => self.program.stage(id).name.clone(),

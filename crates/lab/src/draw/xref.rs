@@ -120,8 +120,8 @@ impl<'a> CrossReferenceIndex<'a> {
     /// The places where the ladder names a constant.
     fn constants(&self, wanted: &AskedOperand) -> Vec<FileLine> {
         let Some(constant) = wanted.constant else { return Vec::new() };
-        let named = self.program().constants.iter().filter(|(_, tag)| *tag == constant);
-        named.map(|(span, _)| FileLine::of(&self.subject.place(*span))).collect()
+        let named = self.program().names.constants.iter().filter(|named| named.tag == constant);
+        named.map(|named| FileLine::of(&self.subject.place(named.span))).collect()
     }
 
     fn write(&self, write_use: &observe::WriteUse) -> WritePlace {

@@ -42,12 +42,8 @@ pub fn check(context: &Context, findings: &mut Vec<Finding>) {
 
 /// The tag that names the constant at `place`.
 fn tag<'a>(context: &Context<'a>, place: Span) -> Option<&'a Tag> {
-    let constants = &context.program.constants;
-    let at =
-        constants.partition_point(|(span, _)| (span.file, span.start) < (place.file, place.start));
-    let (span, tag) = constants.get(at)?;
-    let inside = span.file == place.file && span.end <= place.end;
-    inside.then(|| &context.program.tags[*tag])
+    let named = context.program.names.constants.within(place).first()?;
+    Some(&context.program.tags[named.tag])
 }
 
 /// The finding for a tag's value without a unit. Its place is the tag's value, because the author
@@ -107,7 +103,8 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
             timed(left),
             *comparison,
             timed(right),
-            *span,
+            // Numbers, also in place of a name: at no place.
+            Span::default(),
         ))
     });
     Some(Finding::new(Code::BareTimerValue, *span, message).label("read as ms").help(help))
@@ -218,7 +215,7 @@ mod tests {
                     give the tag its unit: `long = { value = "3ms" }`, as it is read now, or
                     `long = { value = "3s" }`
                 8:12 bare-timer-value
-                  `T0.Acc > 3` compares a time with a number: ms or s?
+                  `T0.Acc > long` compares a time with a number: ms or s?
                     give the tag its unit: `long = { value = "3ms" }`, as it is read now, or
                     `long = { value = "3s" }`
             "#]],

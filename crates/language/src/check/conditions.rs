@@ -113,6 +113,7 @@ mod tests {
         let contacts: Vec<String> = contacts.iter().map(|text| format!("\"{text}\"")).collect();
         let ladder = format!(
             "[tags]\nlamp = {{ at = \"Y0\" }}\nbottles = {{ at = \"CT0\" }}\n\
+             limit = {{ value = 5 }}\nsettle = {{ value = \"2s\" }}\nhot = {{ value = 80.5 }}\n\
              [[program]]\nname = \"Main\"\n\
              rung = [ {{ when = [{}], do = [\"OUT lamp\", \"RUN Day\", \"ENTASK Tell\"] }} ]\n\
              [[program]]\nname = \"Day\"\n[[program.stage]]\nname = \"Green\"\n\
@@ -148,5 +149,32 @@ mod tests {
             ]
         );
         assert_eq!(printed(&once), once);
+    }
+
+    fn printed_texts(contacts: &[&str]) -> Vec<String> {
+        printed(&contacts.iter().map(|text| (*text).to_owned()).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn constants_are_shown_by_their_names() {
+        let written = [
+            "D0 > limit",
+            "X0 & (limit < D0 | X1)",
+            "T0.Acc >= settle",
+            "R0 < hot",
+            "D0 + limit * 3 > 7 - D1",
+            "!rise(D0 == limit) & D1 == 5",
+        ];
+        assert_eq!(printed_texts(&written), written);
+    }
+
+    #[test]
+    fn a_name_that_may_belong_to_either_of_two_numbers_is_shown_as_a_number() {
+        assert_eq!(
+            printed_texts(&["D0 * limit > 5", "D0 + 5 > limit"]),
+            ["D0 * 5 > 5", "D0 + 5 > 5"]
+        );
+        assert_eq!(printed_texts(&["D0 + 5 > limit + 5"]), ["D0 + 5 > 5 + 5"]);
+        assert_eq!(printed_texts(&["D0 + limit > limit"]), ["D0 + limit > limit"]);
     }
 }

@@ -129,11 +129,7 @@ fn judge_clock(
         _ => return None,
     };
     let (low, high) = clock(word)?;
-    // The constants are in order of their places.
-    let constants = &context.program.constants;
-    let before = |(place, _): &(Span, usize)| (place.file, place.start) < (span.file, span.start);
-    let next = constants.get(constants.partition_point(before));
-    let names_it = next.is_some_and(|(place, _)| place.file == span.file && place.start < span.end);
+    let names_it = !context.program.names.constants.within(span).is_empty();
     if names_it || Layers::is_layered(span) {
         return None;
     }

@@ -67,7 +67,8 @@ fn compare(context: &Context, contact: &Contact) -> Option<Finding> {
         bare(left),
         *comparison,
         bare(right),
-        *span,
+        // Numbers, also in place of a name: at no place.
+        Span::default(),
     ));
     let help = format!("write a number of counts, `{right}` as it is read now");
     Some(finding(*span, message, Help::from(help).with(text(right).same())))

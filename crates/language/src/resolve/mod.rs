@@ -31,6 +31,7 @@ mod math;
 pub mod mistake;
 pub mod name_book;
 mod name_texts;
+pub mod named_constants;
 pub mod names;
 pub mod observed;
 pub mod observer;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use super::array::{Array, ArrayElement};
 use super::block_kind::BlockKind;
+use super::named_constants::NamedConstants;
 use super::places::Places;
 use super::tag::{OfArray, Tag, TagMeaning};
 use super::value_texts::{ValueTexts, with_text};
@@ -30,6 +31,8 @@ pub struct NameBook {
     pub devices: Vec<String>,
     /// The places of the tags with a `type`: texts contain their names instead of addresses.
     pub places: Places,
+    /// The places where the ladder names a constant.
+    pub constants: NamedConstants,
     /// The names of all tags, in file order.
     tags: Vec<String>,
     /// The index of the first tag of every address that has one.
@@ -144,6 +147,11 @@ impl NameBook {
     /// A Stage's name with its Program's.
     pub fn stage(&self, id: StageId) -> &str {
         &self.stages[id.0 as usize].whole
+    }
+
+    /// The name of a tag, by its index in the program.
+    pub(super) fn tag_name(&self, index: usize) -> &str {
+        &self.tags[index]
     }
 
     /// The name of a block, or of a Stage with its Program's.

@@ -6,8 +6,10 @@
 
 use super::formula::{Formula, FormulaPart};
 use super::name_book::NameBook;
+use super::named_constants::{ConstantNames, numbers_of_formula, numbers_of_values};
 use super::program::{ConstantForm, Contact, Value};
 use crate::source::infix::{InfixPart, infix};
+use crate::source::span::Span;
 use rungd_engine::isa::{Address, duration};
 
 impl NameBook {
@@ -51,15 +53,29 @@ impl NameBook {
             Contact::All(parts, _) => join(parts, " & "),
             Contact::Any(parts, _) => join(parts, " | "),
             Contact::Edge(edge, inner, _) => format!("{}({})", edge.name(), self.contact(inner)),
-            Contact::Compare(left, comparison, right, _) => {
-                format!("{} {} {}", self.value(*left), comparison.sign(), self.value(*right))
+            Contact::Compare(left, comparison, right, span) => {
+                let mut named = self.constant_names(*span, &numbers_of_values(&[*left, *right]));
+                let [left, right] =
+                    [*left, *right].map(|value| self.named_value(value, &mut named));
+                format!("{left} {} {right}", comparison.sign())
             }
-            Contact::Computed(computed, _) => self.formula(&computed.condition()),
+            Contact::Computed(computed, span) => {
+                let condition = computed.condition();
+                let mut named = self.constant_names(*span, &numbers_of_formula(&condition));
+                self.named_formula(&condition, &mut named)
+            }
         }
     }
 
+    /// The expressions of an instruction at a place as texts.
+    pub fn formulas(&self, formulas: &[&Formula], place: Span) -> Vec<String> {
+        let numbers: Vec<f64> = formulas.iter().flat_map(|one| numbers_of_formula(one)).collect();
+        let mut named = self.constant_names(place, &numbers);
+        formulas.iter().map(|formula| self.named_formula(formula, &mut named)).collect()
+    }
+
     /// An expression as text, with the parentheses that it needs.
-    pub fn formula(&self, formula: &Formula) -> String {
+    fn named_formula(&self, formula: &Formula, named: &mut ConstantNames<'_>) -> String {
         let bit = |part: &FormulaPart| match part {
             FormulaPart::Element(array) => array.bit.map(|bit| InfixPart::WordBit(bit.to_string())),
             FormulaPart::Integer(_)
@@ -70,9 +86,9 @@ impl NameBook {
             | FormulaPart::Binary(..)
             | FormulaPart::Call(..) => None,
         };
-        let own = |part: &FormulaPart| match part {
-            FormulaPart::Integer(value) => InfixPart::Operand(value.to_string()),
-            FormulaPart::Real(value) => InfixPart::Operand(value.to_string()),
+        let mut own = |part: &FormulaPart| match part {
+            FormulaPart::Integer(value) => InfixPart::Operand(named.next(|| value.to_string())),
+            FormulaPart::Real(value) => InfixPart::Operand(named.next(|| value.to_string())),
             FormulaPart::Word(word) => InfixPart::Operand(self.name(Address::Word(*word))),
             FormulaPart::Bit(bit) => InfixPart::Operand(self.name(Address::Bit(*bit))),
             FormulaPart::Element(array) => InfixPart::Element(self.column(*array)),
@@ -84,7 +100,20 @@ impl NameBook {
         infix(parts.flat_map(|part| std::iter::once(own(part)).chain(bit(part))))
     }
 
-    /// A value as text.
+    /// An operand's value at a place as text.
+    pub fn value_at(&self, value: Value, place: Span) -> String {
+        let mut named = self.constant_names(place, &numbers_of_values(&[value]));
+        self.named_value(value, &mut named)
+    }
+
+    fn named_value(&self, value: Value, named: &mut ConstantNames<'_>) -> String {
+        match value {
+            Value::Const(..) | Value::Real(_) => named.next(|| self.value(value)),
+            Value::Word(_) | Value::Element(_) => self.value(value),
+        }
+    }
+
+    /// A value as text; a constant as its number.
     pub fn value(&self, value: Value) -> String {
         match value {
             Value::Const(ms, ConstantForm::Duration) => duration::print(ms),

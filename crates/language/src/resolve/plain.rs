@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::Resolver;
 use super::layers::Layers;
 use super::name_book::NameBook;
+use super::named_constants::NamedConstants;
 use super::program::{NamedArray, NamedOperand, Program};
 use crate::source::file_kind::LIBRARY;
 use crate::source::ladder::Ladder;
@@ -38,15 +39,15 @@ impl Resolver<'_> {
             self.rungs(block, &mut program.blocks[at]);
         }
         program.order = self.order(ladders, &program);
-        program.names = Arc::new(NameBook::of(&program, self.scope.places().clone()));
+        let mut names = NameBook::of(&program, self.scope.places().clone());
+        names.constants = NamedConstants::of(std::mem::take(&mut self.constants), &program.tags);
+        program.names = Arc::new(names);
         self.mark_own_tags(&program);
         for (tag, used) in program.tags.iter_mut().zip(&self.used) {
             tag.used = *used;
         }
         self.share_uses(&mut program.tags);
         (program.operands, program.arrays) = self.operands();
-        program.constants = std::mem::take(&mut self.constants);
-        program.constants.sort_unstable();
         program
     }
 

@@ -53,9 +53,6 @@ pub struct Program {
     pub operands: Vec<NamedOperand>,
     /// The arrays that the ladder names: whole, by a slice or range, or with a moving index.
     pub arrays: Vec<NamedArray>,
-    /// The places where the ladder names a constant by its tag, and the tag's index; in order of
-    /// place.
-    pub constants: Vec<(Span, usize)>,
     /// `[ladder] allow`: warnings silenced in a whole file.
     pub allow: Vec<(FileId, String)>,
     /// The places of the rungs of templates.
