@@ -75,7 +75,7 @@ pub struct InstructionSymbol {
     pub mnemonic: &'static str,
     /// The letter in a coil; `None`: the instruction is a box.
     pub coil: Option<&'static str>,
-    /// The label of the bit of a coil.
+    /// The label of the bit of a coil. Of a box, `doc` has the values of its named constants.
     pub label: OperandLabel,
     /// The operands of a box, as they are written.
     pub operands: Vec<String>,
@@ -177,7 +177,11 @@ impl CircuitMaker<'_, '_> {
     /// One drawn contact; with `is_plain` = false its opposite.
     fn leaf(&mut self, contact: &Contact, is_plain: bool) -> Circuit {
         let wording = self.wording;
-        let text = || OperandLabel { name: wording.contact(contact), ..OperandLabel::default() };
+        let text = || OperandLabel {
+            name: wording.contact(contact),
+            address: None,
+            doc: wording.constants(contact.span()),
+        };
         let bit = |bit: &Bit| wording.label(Address::Bit(*bit));
         let either = |plain, opposite| if is_plain { plain } else { opposite };
         let (form, label) = match contact {
@@ -221,6 +225,9 @@ fn symbol(instruction: &Instruction, wording: &Wording) -> InstructionSymbol {
             .find(|(coil_mnemonic, _)| *coil_mnemonic == instruction.mnemonic)
             .map(|(_, text)| *text);
         label = wording.label(Address::Bit(bit.value));
+    }
+    if coil.is_none() {
+        label.doc = wording.constants(instruction.span);
     }
     InstructionSymbol { mnemonic, coil, label, operands }
 }

@@ -6,7 +6,7 @@
 use rungd_engine::isa::Address;
 use rungd_language::resolve::array::ShiftBits;
 use rungd_language::resolve::operand_list::OperandValue;
-use rungd_language::resolve::program::{Contact, Instruction, Program};
+use rungd_language::resolve::program::{Contact, Instruction, Program, TagMeaning};
 use rungd_language::source::span::Span;
 
 /// The names of a program.
@@ -46,6 +46,24 @@ impl<'p> Wording<'p> {
             address: names.second_name(address).map(|_| address.to_string()),
             doc: tag.and_then(|tag| tag.doc.clone()),
         }
+    }
+
+    /// The constants that are named within a place, with their values: `settle = 2s`.
+    pub fn constants(&self, place: Span) -> Option<String> {
+        let mut texts: Vec<String> = Vec::new();
+        for named in self.program.names.constants.within(place) {
+            let tag = &self.program.tags[named.tag];
+            let value = match tag.meaning {
+                TagMeaning::Constant(number, form) => form.text(number),
+                TagMeaning::Real(real) => real.to_string(),
+                TagMeaning::Address(_) | TagMeaning::Array(_) => continue,
+            };
+            let text = format!("{} = {value}", tag.name);
+            if !texts.contains(&text) {
+                texts.push(text);
+            }
+        }
+        (!texts.is_empty()).then(|| texts.join(", "))
     }
 
     /// The text of a contact.

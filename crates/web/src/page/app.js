@@ -622,6 +622,9 @@ function progressBelow(box, words) {
   sides.setAttribute("x", Number(frame.getAttribute("x")) + Number(frame.getAttribute("width")) / 2);
   sides.setAttribute("y", Number(inner.getAttribute("y")) + 21);
   Object.assign(sides.dataset, { acc: found[2] + ".Acc", preset: found[3], timer: /TMR/.test(found[1]) ? "1" : "" });
+  // The value of a constant is in the title: `settle = 2s, most = 5`.
+  const title = box.querySelector("title"), named = (title ? title.textContent : "").split(/[;,] /).find((text) => text.startsWith(found[3] + " = "));
+  if (named) sides.dataset.preset = `${named.slice(found[3].length + 3)} (${found[3]})`;
   box.append(sides);
 }
 
