@@ -6,11 +6,24 @@
 
 use super::formula::{Formula, FormulaPart};
 use super::name_book::NameBook;
-use super::named_constants::{ConstantNames, numbers_of_formula, numbers_of_values};
+use super::named_constants::{numbers_of_formula, numbers_of_values};
 use super::program::{ConstantForm, Contact, Value};
 use crate::source::infix::{InfixPart, infix};
 use crate::source::span::Span;
 use rungd_engine::isa::{Address, duration};
+
+/// The names of the constants of a text, one after the other.
+struct ConstantNames<'b> {
+    book: &'b NameBook,
+    tags: std::vec::IntoIter<Option<usize>>,
+}
+
+impl ConstantNames<'_> {
+    /// The next constant: its name, or else its text.
+    fn next(&mut self, text: impl FnOnce() -> String) -> String {
+        self.tags.next().flatten().map_or_else(text, |tag| self.book.tag_name(tag).to_owned())
+    }
+}
 
 impl NameBook {
     /// A contact as text that can be placed beside `&` and `|`.
@@ -111,6 +124,13 @@ impl NameBook {
             Value::Const(..) | Value::Real(_) => named.next(|| self.value(value)),
             Value::Word(_) | Value::Element(_) => self.value(value),
         }
+    }
+
+    /// For each constant of a contact, an operand or an expression at this place, in the order of
+    /// its text, the name that it has there.
+    fn constant_names(&self, place: Span, numbers: &[f64]) -> ConstantNames<'_> {
+        let tags = self.constants.tags(place, numbers);
+        ConstantNames { book: self, tags: tags.into_iter() }
     }
 
     /// A value as text; a constant as its number.

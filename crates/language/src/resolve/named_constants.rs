@@ -7,7 +7,6 @@
 //! are outside the contact.
 
 use super::formula::{Formula, FormulaPart};
-use super::name_book::NameBook;
 use super::tag::{Tag, TagMeaning};
 use super::value::Value;
 use crate::source::span::Span;
@@ -77,28 +76,6 @@ impl NamedConstants {
             last[at] = waiting.next_if(|named| named.number == *number).map(|named| named.tag);
         }
         if is_whole && first == last { first } else { nothing }
-    }
-}
-
-/// The names of the constants of a text, one after the other.
-pub(super) struct ConstantNames<'b> {
-    book: &'b NameBook,
-    tags: std::vec::IntoIter<Option<usize>>,
-}
-
-impl ConstantNames<'_> {
-    /// The next constant: its name, or else its text.
-    pub(super) fn next(&mut self, text: impl FnOnce() -> String) -> String {
-        self.tags.next().flatten().map_or_else(text, |tag| self.book.tag_name(tag).to_owned())
-    }
-}
-
-impl NameBook {
-    /// For each constant of a contact, an operand or an expression at this place, in the order of
-    /// its text, the name that it has there.
-    pub(super) fn constant_names(&self, place: Span, numbers: &[f64]) -> ConstantNames<'_> {
-        let tags = self.constants.tags(place, numbers);
-        ConstantNames { book: self, tags: tags.into_iter() }
     }
 }
 
