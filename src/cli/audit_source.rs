@@ -39,13 +39,13 @@ impl AuditSource<'_> {
             AuditSource::Files(files) => {
                 for file in *files {
                     let name = file.display().to_string();
-                    let goes_on = if name == "-" {
+                    let continues = if name == "-" {
                         lines("standard input", io::stdin().lock(), &mut take)?
                     } else {
                         let opened = File::open(file).with_context(|| name.clone())?;
                         lines(&name, BufReader::new(opened), &mut take)?
                     };
-                    if !goes_on {
+                    if !continues {
                         break;
                     }
                 }
@@ -97,12 +97,12 @@ fn of_journal(unit: &str, take: &mut impl FnMut(AuditedLine) -> Result<bool>) ->
     let spawned = command.stdin(Stdio::null()).stdout(Stdio::piped()).spawn();
     let mut child = spawned.with_context(|| format!("journalctl cannot be started; {remedy}"))?;
     let Some(out) = child.stdout.take() else { bail!("journalctl has no output") };
-    let goes_on = lines("journal", BufReader::new(out), take);
-    if !matches!(goes_on, Ok(true)) {
+    let continues = lines("journal", BufReader::new(out), take);
+    if !matches!(continues, Ok(true)) {
         let _ = child.kill();
     }
     let status = child.wait().context("journalctl")?;
-    if goes_on? && !status.success() {
+    if continues? && !status.success() {
         bail!("journalctl failed ({status}); {remedy}");
     }
     Ok(())

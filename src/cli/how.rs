@@ -16,7 +16,7 @@ use super::asked_ladders::AskedLadders;
 use super::early_end::{EarlyEnd, time};
 use super::exit::Exit;
 use super::operator::{OperatorArgs, complete};
-use super::recording;
+use super::recording::{self, AskedRecording};
 use super::terminal::{plain_json, print, say_line};
 use super::when::{LocalClock, WrittenTime};
 use rungd_history::playback;
@@ -74,8 +74,8 @@ pub fn how(args: &HowArgs) -> Result<Exit> {
         false => cold(args)?,
     };
     let question = match question {
-        Ok(question) => question,
-        Err(exit) => return Ok(exit),
+        AskedHow::Asked(question) => question,
+        AskedHow::Refused(exit) => return Ok(exit),
     };
     let given_up = Arc::clone(&end.is_over);
     let limits = DecideLimits { time: args.time, memory: MEMORY, given_up };
@@ -92,8 +92,21 @@ pub fn how(args: &HowArgs) -> Result<Exit> {
     })
 }
 
-/// The question from a cold start; `Err`: the exit code after findings, which are printed.
-fn cold(args: &HowArgs) -> Result<Result<HowQuestion, Exit>> {
+/// What was asked.
+enum AskedHow {
+    Asked(Box<HowQuestion>),
+    /// The findings or the refusal are printed.
+    Refused(Exit),
+}
+
+impl AskedHow {
+    fn asked(question: HowQuestion) -> AskedHow {
+        AskedHow::Asked(Box::new(question))
+    }
+}
+
+/// The question from a cold start.
+fn cold(args: &HowArgs) -> Result<AskedHow> {
     let condition = serde_json::to_string(&args.condition)?;
     let mut rest = format!("[prove]\ncan = [{condition}]\n");
     if !args.writes.is_empty() {
@@ -101,21 +114,22 @@ fn cold(args: &HowArgs) -> Result<Result<HowQuestion, Exit>> {
         rest += &format!("events = [\"writes\"]\nwritable = {writable}\n");
     }
     let ladders = AskedLadders { paths: &args.cold, period: &args.period, rest: &rest };
-    Ok(ladders.suite()?.map(HowQuestion::cold).ok_or(Exit::Config))
+    let question = ladders.suite()?.map(HowQuestion::cold);
+    Ok(question.map_or(AskedHow::Refused(Exit::Config), AskedHow::asked))
 }
 
-/// The question from a state; `Err`: the exit code of a refusal, which was printed.
-fn recorded(args: &HowArgs) -> Result<Result<HowQuestion, Exit>> {
+/// The question from a state.
+fn recorded(args: &HowArgs) -> Result<AskedHow> {
     let recording = match recording::of(args.recording.as_ref(), &args.controller)? {
-        Ok(recording) => recording,
-        Err(exit) => return Ok(Err(exit)),
+        AskedRecording::Opened(recording) => recording,
+        AskedRecording::Refused(exit) => return Ok(AskedHow::Refused(exit)),
     };
     recording::tell_flaws(&recording);
     let asked = AskedCondition { condition: &args.condition, writes: &args.writes };
     let question = recording::moment(args.at.as_ref(), &recording)
         .and_then(|(section, at)| playback::moment(&Arc::new(recording), section, at))
         .and_then(|moment| HowQuestion::recorded(moment, asked));
-    Ok(question.map_err(|why| refused(args, &why)))
+    Ok(question.map_or_else(|why| AskedHow::Refused(refused(args, &why)), AskedHow::asked))
 }
 
 fn refused(args: &HowArgs, why: &str) -> Exit {

@@ -15,7 +15,7 @@ use super::exit::Exit;
 use super::new_file::new_file;
 use super::operator::OperatorArgs;
 use super::record_info;
-use super::recording;
+use super::recording::{self, AskedRecording};
 use super::replay;
 use super::replay_args::ReplayArgs;
 use super::terminal::{one_line, plain_json, print, say_line};
@@ -141,12 +141,14 @@ pub fn record(args: &RecordArgs) -> Result<Exit> {
     }
     let opened = match (&args.what, &source.path) {
         // A list needs no more than heads.
-        (RecordCommand::List { .. }, Some(path)) => Ok(recording::opened_heads(path)?),
+        (RecordCommand::List { .. }, Some(path)) => {
+            AskedRecording::Opened(recording::opened_heads(path)?)
+        }
         _ => recording::of(source.path.as_ref(), &source.at)?,
     };
     let recording = match opened {
-        Ok(recording) => recording,
-        Err(exit) => return Ok(exit),
+        AskedRecording::Opened(recording) => recording,
+        AskedRecording::Refused(exit) => return Ok(exit),
     };
     recording::tell_flaws(&recording);
     if recording.count() == 0 && !recording.flaws.is_empty() {

@@ -49,17 +49,24 @@ pub(super) fn tell_flaws(recording: &Recording) {
     }
 }
 
+/// A recording that was asked for.
+pub(super) enum AskedRecording {
+    Opened(Recording),
+    /// The controller refused, which is printed.
+    Refused(Exit),
+}
+
 /// The recording in a file or folder; without a path, the recording of a running controller.
 ///
 /// # Errors
 /// The recording cannot be read.
-pub(super) fn of(
-    path: Option<&PathBuf>,
-    at: &OperatorArgs,
-) -> Result<std::result::Result<Recording, Exit>> {
+pub(super) fn of(path: Option<&PathBuf>, at: &OperatorArgs) -> Result<AskedRecording> {
     match path {
-        Some(path) => opened(path).map(Ok),
-        None => Ok(live(at).map(|(recording, _)| recording)),
+        Some(path) => opened(path).map(AskedRecording::Opened),
+        None => Ok(match live(at) {
+            Ok((recording, _)) => AskedRecording::Opened(recording),
+            Err(exit) => AskedRecording::Refused(exit),
+        }),
     }
 }
 

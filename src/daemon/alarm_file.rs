@@ -162,7 +162,7 @@ impl AlarmFileEnd {
     /// Waits until the file has them, for a limited time. `hurry` ends the wait: then this is
     /// false.
     pub async fn wait(self, hurry: impl Future<Output = &'static str>) -> bool {
-        let (why, goes_on) = tokio::select! {
+        let (why, continues) = tokio::select! {
             answer = self.answer => match answer {
                 // If it failed, the thread has logged why.
                 Ok(_) => return true,
@@ -180,7 +180,7 @@ impl AlarmFileEnd {
             why,
             "the next start may not know the last shelves and acknowledgements: {why}"
         );
-        goes_on
+        continues
     }
 }
 

@@ -240,9 +240,9 @@ fn rig(change: impl FnOnce(&mut Fake, &mut ThreadSettings)) -> Rig {
 impl Rig {
     /// A step of the scanner, then a turn of the monitor. Returns the result of [`Scanner::step`].
     fn step(&mut self) -> bool {
-        let goes_on = self.scanner.step();
+        let continues = self.scanner.step();
         self.monitor.turn(self.clock.now_ns());
-        goes_on
+        continues
     }
 
     fn steps(&mut self, count: usize) {

@@ -171,13 +171,13 @@ impl TrendPast {
 fn runs<'s>(recording: &Recording, sections: &'s [usize]) -> Vec<&'s [usize]> {
     let (mut all, mut begin) = (Vec::new(), 0);
     for at in 1..=sections.len() {
-        let goes_on = sections.get(at).is_some_and(|section| {
+        let continues = sections.get(at).is_some_and(|section| {
             let before = sections[at - 1];
             before + 1 == *section
                 && recording.follows(*section)
                 && recording.program(before) == recording.program(*section)
         });
-        if !goes_on || at - begin == SECTIONS_MAX {
+        if !continues || at - begin == SECTIONS_MAX {
             all.push(&sections[begin..at]);
             begin = at;
         }

@@ -35,13 +35,13 @@ impl Subject {
         let mut run = SliceRun::new(self, &slice);
         let mut known: HashMap<Cell, Option<i32>> = cells.iter().map(|at| (*at, None)).collect();
         let mut all = Vec::new();
-        let mut goes_on = false;
+        let mut follows = false;
         for section in sections {
             if !section.state.fits(&self.seen) {
-                goes_on = false;
+                follows = false;
                 continue;
             }
-            if !(goes_on && section.start.follows) {
+            if !(follows && section.start.follows) {
                 run.resume(&section.state);
                 let image = run.engine().image();
                 let scan = section.start.number.saturating_sub(1);
@@ -50,7 +50,7 @@ impl Subject {
                 let values = values.collect::<Vec<_>>();
                 all.extend(news(&mut known, values, at));
             }
-            goes_on = true;
+            follows = true;
             let mut changes = Vec::new();
             for step in section.steps() {
                 let Some(call) = step.entry.call() else { continue };

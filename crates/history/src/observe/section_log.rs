@@ -14,10 +14,10 @@ pub(super) struct SectionLog {
 }
 
 impl SectionLog {
-    /// Executes a section that fits. `goes_on`: the run is already at the start of the section.
-    pub fn new(run: &mut SliceRun, section: &TapeSection, goes_on: bool) -> SectionLog {
+    /// Executes a section that fits. `follows`: the run is already at the start of the section.
+    pub fn new(run: &mut SliceRun, section: &TapeSection, follows: bool) -> SectionLog {
         let mut changes = Vec::new();
-        if !goes_on {
+        if !follows {
             run.resume(&section.state);
         }
         for (entry, tape_entry) in (0..).zip(&section.entries) {

@@ -77,8 +77,8 @@ impl<'r> ClickGrid<'r> {
                 if matches!(cell(row, column), "-" | "T" | "|") {
                     self.join(left(row, column), right(row, column));
                 }
-                let goes_on = column + 1 < COLUMNS && !matches!(cell(row, column), "" | "|");
-                if goes_on && !cell(row, column + 1).is_empty() {
+                let continues = column + 1 < COLUMNS && !matches!(cell(row, column), "" | "|");
+                if continues && !cell(row, column + 1).is_empty() {
                     self.join(right(row, column), left(row, column + 1));
                 }
             }

@@ -150,17 +150,17 @@ impl RungWork<'_> {
         if powered.reset.is_some() {
             self.clear(&counter, &reset);
         }
-        let goes_on = reset.opposite();
+        let not_reset = reset.opposite();
         for (on, off, sign) in [(&up, &down, "+"), (&down, &up, "-")] {
             if *on == RungCondition::Constant(false) {
                 continue;
             }
-            let parts = [on.clone(), off.clone().opposite(), goes_on.clone()];
+            let parts = [on.clone(), off.clone().opposite(), not_reset.clone()];
             let when = parts.iter().map(RungWork::early).collect();
             self.push(when, format!("MATH {current} = {current} {sign} 1"), &current);
         }
         let compare = self.now(counter.compare(operator));
-        self.drive(&counter.done, vec![RungWork::early(&goes_on), compare]);
+        self.drive(&counter.done, vec![RungWork::early(&not_reset), compare]);
         Ok(())
     }
 }

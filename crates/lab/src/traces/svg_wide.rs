@@ -150,7 +150,7 @@ fn head(svg: &mut SvgWriter, columns: &WideColumns, measures: &WideMeasures) {
 fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &WideMeasures) {
     let (high, low) = (top + HIGH, top + LOW);
     let (mut line, mut on, mut both) = (String::new(), String::new(), String::new());
-    let (mut from, mut goes_on) = (0, false);
+    let (mut from, mut continues) = (0, false);
     for same in spreads.chunk_by(|a, b| a == b) {
         let (left, right) = (measures.x(from), measures.x(from + same.len()));
         from += same.len();
@@ -162,7 +162,7 @@ fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &Wid
             area(&mut both);
         } else {
             let y = if same[0].least != 0 { high } else { low };
-            let _ = match goes_on {
+            let _ = match continues {
                 true => write!(line, "V{y}H{right}"),
                 false => write!(line, "M{left} {y}H{right}"),
             };
@@ -170,7 +170,7 @@ fn bit(svg: &mut SvgWriter, spreads: &[ColumnSpread], top: usize, measures: &Wid
                 area(&mut on);
             }
         }
-        goes_on = !is_both;
+        continues = !is_both;
     }
     for (class, path) in [("f", on), ("b", both), ("l", line)] {
         if !path.is_empty() {

@@ -150,12 +150,12 @@ impl<'m> Encoder<'m> {
             let runs = Literal::constant(start.runs);
             let runs = self.graph.or(runs, chosen(self, start.chosen.running()));
             let begins = self.graph.and(runs, chosen(self, start.chosen.begins()));
-            let goes_on = self.graph.and(runs, !begins);
+            let is_kept = self.graph.and(runs, !begins);
             let running = Cell::Bit(code.layout.bit(Bit::Running(program)));
             self.at_start.insert(running, Number::of_bit(runs));
             self.first_turns.insert(program, begins);
             for n in 0..start.chosen.stages {
-                let on = self.graph.and(goes_on, chosen(self, start.chosen.stage(n)));
+                let on = self.graph.and(is_kept, chosen(self, start.chosen.stage(n)));
                 let stage = Cell::Bit(code.layout.bit(Bit::Stage(start.stage(code, n))));
                 self.at_start.insert(stage, Number::of_bit(on));
             }

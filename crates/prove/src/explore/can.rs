@@ -126,12 +126,12 @@ fn follow(
         let ended = scanner.scan(graph.state(at));
         let is_ordinary = scanner.was_ordinary();
         graph.meets[at] |= ended == ScanResult::Met && is_ordinary;
-        let goes_on = match ended {
+        let continues = match ended {
             ScanResult::Refused | ScanResult::Last => false,
             ScanResult::Met => !scanner.was_last,
             ScanResult::Followed => true,
         };
-        if goes_on {
+        if continues {
             let before = graph.bytes.len();
             scanner.save(&mut graph.bytes);
             graph.add(step, before, is_ordinary);

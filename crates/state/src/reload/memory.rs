@@ -55,7 +55,7 @@ pub(super) fn structures(
     let mut kept = KeptOwners::default();
     let (before, now) = (by_structure(&names.old.owners), by_structure(&names.new.owners));
     for (structure, owners) in &now {
-        let mut goes_on = false;
+        let mut continues = false;
         let was = names.structure_before(*structure);
         let before = was.and_then(|was| before.get(&was));
         for owner in owners {
@@ -66,12 +66,12 @@ pub(super) fn structures(
                 })
             });
             let Some(same) = same else { continue };
-            goes_on = true;
+            continues = true;
             kept.note(old.symbols.layout.record(same.structure), same);
             plan.record_move(names, same.element, owner.element);
             report_kept(plan, names, old, OldAndNew { old: same, new: owner });
         }
-        if let Some(was) = was.filter(|_| goes_on) {
+        if let Some(was) = was.filter(|_| continues) {
             let both = OldAndNew { old: was, new: *structure };
             sensaphone_preset(plan, both, OldAndNew { old, new });
             continue;

@@ -147,8 +147,8 @@ pub(super) fn report_unnamed(
 ) {
     for (tag, address) in &names.old.tags {
         let has_tag = || names.new.names.tag(*address).is_some();
-        let goes_on = names.moves.after(*address) == Some(*address);
-        if names.new.tags.contains_key(tag) || has_tag() || !goes_on {
+        let is_kept = names.moves.after(*address) == Some(*address);
+        if names.new.tags.contains_key(tag) || has_tag() || !is_kept {
             continue;
         }
         let cells = cells(&old.symbols.layout, *address);
