@@ -21,6 +21,16 @@ pub(super) struct SectionName {
     pub sequence: u64,
 }
 
+/// What may have moved since the last report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum MovedCells {
+    All,
+    /// No output.
+    Memory,
+    /// No output that keeps its value outside RUN.
+    NotHeld,
+}
+
 /// The resolution of the times of values: one millisecond.
 const MOMENT_NS: i64 = 1_000_000;
 
@@ -107,7 +117,7 @@ impl ChangeRun {
             self.mode = section.start.mode;
             // Before the first scan of a process there is no end of a scan to compare.
             if scan > 0 {
-                self.compare(false, tell);
+                self.compare(MovedCells::NotHeld, tell);
             }
         }
         let from = begun.map_or(0, |(_, done)| done);
@@ -124,7 +134,7 @@ impl ChangeRun {
                     self.mode = mode;
                     // In RUN outputs move with the first scan, outside RUN at once.
                     if mode != Mode::Run {
-                        self.compare(true, tell);
+                        self.compare(MovedCells::All, tell);
                     }
                 }
                 TapeEntry::Origin(_)
@@ -141,7 +151,12 @@ impl ChangeRun {
     fn call(&mut self, call: EngineCall, tell: &mut dyn FnMut(LoggedChange)) {
         self.engine.apply(call);
         match call {
-            EngineCall::Execute | EngineCall::Terminate => self.compare(true, tell),
+            EngineCall::Execute => self.compare(MovedCells::All, tell),
+            // The passes of a STOP are not driven: the mode follows, with the safe values.
+            EngineCall::Terminate if self.mode == Mode::Run => {
+                self.compare(MovedCells::Memory, tell)
+            }
+            EngineCall::Terminate => self.compare(MovedCells::All, tell),
             // Outside of RUN no scan follows in which the change would be found.
             EngineCall::Write(cell, _) | EngineCall::Force(cell, _) | EngineCall::Release(cell)
                 if self.mode != Mode::Run
@@ -158,12 +173,14 @@ impl ChangeRun {
         }
     }
 
-    /// Reports the cells whose contents differ from the last reported ones. `moves_held`: outputs
-    /// that keep their values outside RUN may have moved.
-    fn compare(&mut self, moves_held: bool, tell: &mut dyn FnMut(LoggedChange)) {
+    /// Reports the cells whose contents differ from the last reported ones.
+    fn compare(&mut self, moved: MovedCells, tell: &mut dyn FnMut(LoggedChange)) {
         let (image, at, mode) = (self.engine.image(), self.at, self.mode);
-        let keeps = |cell: Cell| {
-            !moves_held && mode != Mode::Run && self.program.playable.outputs.is_held(cell)
+        let outputs = &self.program.playable.outputs;
+        let keeps = |cell: Cell| match moved {
+            MovedCells::All => false,
+            MovedCells::Memory => outputs.number(cell).is_some(),
+            MovedCells::NotHeld => mode != Mode::Run && outputs.is_held(cell),
         };
         let chosen = self.program.chosen.iter().zip(&mut self.values);
         for (number, ((_, cell), known)) in (0..).zip(chosen) {

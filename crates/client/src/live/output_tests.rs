@@ -17,7 +17,7 @@ use rungd_runtime::{SectionStart, TapeEntry, TapeSection};
 const CONTROLLER: &str = r#"
 ladder = ["l.toml"]
 [outputs]
-on = ["Y1"]
+on = ["Y1", "Y4"]
 hold = ["Y2"]
 [[device]]
 name = "cabinet"
@@ -35,10 +35,16 @@ off = { at = "Y0" }
 on = { at = "Y1" }
 held = { at = "Y2" }
 wired = { at = "Y3" }
+coil = { at = "Y4" }
+plain = { at = "Y5" }
+copy = { at = "C5" }
 level = { at = "D0" }
 [[program]]
 name = "Main"
-rung = [{ when = ["X0"], do = ["SET off", "SET held", "SET wired", "MOVE 7 to=level"] }]
+rung = [
+  { when = ["X0"], do = ["SET off", "SET held", "SET wired", "MOVE 7 to=level"] },
+  { when = ["X1"], do = ["OUT coil", "OUT plain", "OUT copy"] },
+]
 "#;
 
 const MS: u64 = 1_000_000;
@@ -187,6 +193,46 @@ fn an_output_has_its_safe_value_outside_run() {
         assert_eq!(log.trend("off"), points);
         assert_eq!(log.published("off"), [0, 1, 0, 1]);
     }
+}
+
+/// A STOP: the last scan, in which memory is as before, the passes, which turn OFF what OUT drives,
+/// and the mode. The scan thread drives the outputs before the passes and after the mode.
+#[test]
+fn the_passes_of_a_stop_are_never_driven() {
+    let mut log = Log::new();
+    log.scan(&[("X1", 1), ("cabinet.Ok", 1)]);
+    log.call(EngineCall::RequestStop);
+    log.scan(&[]);
+    log.call(EngineCall::Terminate);
+    // Somebody looks right now.
+    assert_eq!(log.trend("coil"), [(0, Some(0)), (1, Some(1))]);
+    assert_eq!(log.published("coil"), [1]);
+    log.mode(Mode::Stop(StopReason::Operator));
+    assert_eq!(log.trend("coil"), [(0, Some(0)), (1, Some(1))], "its safe value is ON");
+    assert_eq!(log.published("coil"), [1]);
+    assert_eq!(log.trend("plain"), [(0, Some(0)), (1, Some(1)), (2, Some(0))]);
+    assert_eq!(log.published("plain"), [1, 0]);
+    // Memory is shown as it is.
+    assert_eq!(log.trend("copy"), [(0, Some(0)), (1, Some(1)), (2, Some(0))]);
+    assert_eq!(log.published("copy"), [1, 0]);
+    log.mode(Mode::Run);
+    log.call(EngineCall::Start { now_ns: 250 * MS });
+    log.scan(&[("X1", 0)]);
+    assert_eq!(log.trend("coil"), [(0, Some(0)), (1, Some(1)), (3, Some(0))]);
+    assert_eq!(log.published("coil"), [1, 0]);
+}
+
+/// The last scan itself is driven.
+#[test]
+fn the_last_scan_of_a_stop_is_driven() {
+    let mut log = Log::new();
+    log.scan(&[("cabinet.Ok", 1)]);
+    log.call(EngineCall::RequestStop);
+    log.scan(&[("X1", 1)]);
+    log.call(EngineCall::Terminate);
+    log.mode(Mode::Stop(StopReason::Operator));
+    assert_eq!(log.trend("plain"), [(0, Some(0)), (2, Some(1)), (2, Some(0))]);
+    assert_eq!(log.published("plain"), [0, 1, 0]);
 }
 
 #[test]

@@ -163,8 +163,11 @@ fn driven(view: TrendMinute<'_>, cell: Cell) -> Vec<TrendPoint> {
         if let Some(place) = cells.iter().position(|cell| *cell == change.cell) {
             values[place] = change.after;
         }
-        // The changes of one scan count together.
-        if changes.get(number + 1).is_none_or(|next| (next.unix_ns, next.scan) != at) {
+        // The changes of one scan count together. Those of the passes of a STOP are not driven: the
+        // mode follows, with the safe values.
+        let group = |change: &CellChanged| (change.unix_ns, change.scan, change.in_passes);
+        let ends = changes.get(number + 1).is_none_or(|next| group(next) != group(change));
+        if ends && !(change.in_passes && mode == Mode::Run) {
             add(at, mode, &values);
         }
     }

@@ -25,6 +25,8 @@ pub struct CellChanged {
     pub before: Option<i32>,
     /// The value.
     pub after: i32,
+    /// Whether the passes after the last scan of a RUN made it: no output is driven to it.
+    pub in_passes: bool,
 }
 
 impl Subject {
@@ -60,6 +62,7 @@ impl Subject {
                     let values = values.filter(|(cell, _)| known.contains_key(cell));
                     let values = last_of_each(values);
                     let at = ChangeTime::of(section, step.number, step.now_ns);
+                    let at = ChangeTime { in_passes: call == EngineCall::Terminate, ..at };
                     all.extend(news(&mut known, values, at));
                 }
             }
@@ -75,12 +78,14 @@ struct ChangeTime {
     scan: u64,
     /// The time of the scan, ns since 1970 (UTC).
     unix_ns: i64,
+    /// Whether it is of the passes after the scan.
+    in_passes: bool,
 }
 
 impl ChangeTime {
     /// The time of a scan that began at `now_ns` on the clock of the section.
     fn of(section: &TapeSection, scan: u64, now_ns: u64) -> ChangeTime {
-        ChangeTime { scan, unix_ns: section.start.unix_ns(now_ns) }
+        ChangeTime { scan, unix_ns: section.start.unix_ns(now_ns), in_passes: false }
     }
 }
 
@@ -100,11 +105,12 @@ fn last_of_each(values: impl Iterator<Item = (Cell, i32)>) -> Vec<(Cell, i32)> {
 fn news(
     known: &mut HashMap<Cell, Option<i32>>,
     values: Vec<(Cell, i32)>,
-    ChangeTime { scan, unix_ns }: ChangeTime,
+    ChangeTime { scan, unix_ns, in_passes }: ChangeTime,
 ) -> Vec<CellChanged> {
     let change = |(cell, after): (Cell, i32)| {
         let before = known.insert(cell, Some(after)).flatten();
-        (before != Some(after)).then_some(CellChanged { scan, unix_ns, cell, before, after })
+        let is_change = before != Some(after);
+        is_change.then_some(CellChanged { scan, unix_ns, cell, before, after, in_passes })
     };
     values.into_iter().filter_map(change).collect()
 }
