@@ -4,7 +4,8 @@ A user is asked for a reason, is signed out after a while without a touch, sees 
 who may only look has no buttons that work.
 """
 
-from browser_panels import BAKERY, BAKERY_CONTROLLER, CONTROLLER, CRANE, CRANE_CONTROLLER, PASSWORD, SAID, USER, Panel
+from browser_hold import CRANE, CRANE_CONTROLLER, SAID
+from browser_panels import BAKERY, BAKERY_CONTROLLER, CONTROLLER, PASSWORD, USER, Panel
 from browser_rig import wait_for
 
 ROLES = """
