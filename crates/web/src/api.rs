@@ -143,6 +143,8 @@ fn of_session(session: &WebSession, view: &LiveView) -> Value {
         "write": named(&|_| true),
         "bits": named(&|operand| matches!(operand.address, Address::Bit(_))),
         "reasons": named(&wants),
+        "shelves_critical": view.program.controller.as_ref()
+            .is_some_and(|controller| controller.alarms.shelves_critical),
         "version": env!("CARGO_PKG_VERSION"),
         "how": cfg!(feature = "prove"),
     })

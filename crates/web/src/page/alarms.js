@@ -6,8 +6,8 @@
 function alarmsInShort(alarms) {
   if (!alarms.length) return h("p", { class: "soft" }, "no active alarm");
   return h("table", { class: "stack" }, h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
-    h("td", {}, stateOf(alarm))))));
+    h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text)),
+    h("td", {}, stateOf(alarm)), h("td", {}, whyOf(alarm))))));
 }
 
 // The alarms of the list, first the ones that stand, in the order in which they rose.
@@ -18,7 +18,7 @@ function alarmTable(alarms) {
   const group = alarms.some((alarm) => alarm.group) ? ["group"] : [];
   return h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["alarm", "priority", ...group, "state", "since", "today", ""].map((name) =>
     h("th", { scope: "col" }, name)))), h("tbody", {}, ...alarms.map((alarm) => h("tr", {},
-    h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text), " ", whyOf(alarm)),
+    h("td", {}, h("span", { class: alarm.ended || alarm.shelved ? "" : "alarm" }, alarm.text), h("div", {}, whyOf(alarm))),
     h("td", {}, alarm.priority), group.length ? h("td", {}, alarm.group || "") : null, h("td", {}, stateOf(alarm)),
     h("td", { class: "num", "data-label": "since" }, clock(alarm.since) + (alarm.order ? ", no. " + alarm.order : "")),
     h("td", { class: "num", "data-label": "today" }, String(alarm.day || "")), h("td", {}, handling(alarm))))));
@@ -26,9 +26,9 @@ function alarmTable(alarms) {
 
 // Why an alarm is active. A watch has no tag: the controller has explained it when it rose.
 function whyOf(alarm) {
-  if (!alarm.watch) return whyButton(alarm.tag);
+  if (!alarm.watch) return whyButton(alarm.tag, `Why ${alarm.tag}?`);
   const lines = ["it does not hold: " + alarm.watch, ...(alarm.why || [])];
-  return h("details", {}, h("summary", {}, "why"), h("pre", {}, lines.join("\n")));
+  return h("details", {}, h("summary", {}, `Why ${alarm.tag}?`), h("pre", {}, lines.join("\n")));
 }
 
 function stateOf(alarm) {
@@ -56,7 +56,8 @@ function handling(alarm) {
     }
   } else {
     if (alarm.state !== "acknowledged") buttons.push(sends("Acknowledge", () => acknowledge(alarm)));
-    buttons.push(h("button", { onclick: () => shelfDialog(alarm, said, isService) }, "Shelve…"));
+    // The controller would refuse it.
+    if (alarm.priority !== "critical" || state.session.shelves_critical) buttons.push(h("button", { onclick: () => shelfDialog(alarm, said, isService) }, "Shelve…"));
   }
   return h("div", { class: "tools" }, ...buttons, said);
 }

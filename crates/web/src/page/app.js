@@ -316,6 +316,12 @@ function card(title, ...children) {
   return h("section", { class: "card" }, h("h3", {}, title), ...children);
 }
 
+// A card that has a row of cards to itself, if there is much to read in it.
+function wide(made, isWide) {
+  made.classList.toggle("wide", isWide);
+  return made;
+}
+
 function list(rows) {
   return h("table", {}, h("tbody", {}, ...rows.map(([name, value]) =>
     h("tr", {}, h("th", { scope: "row" }, name), h("td", { class: "value-of" }, value)))));
@@ -361,7 +367,7 @@ function overviewParts() {
   if (!place || !status) return;
   const scan = status.scan;
   renew(place,
-    card("Alarms", alarmsInShort(status.alarms)),
+    wide(card("Alarms", alarmsInShort(status.alarms)), status.alarms.length > 0),
     card("Blocks", h("table", {}, h("tbody", { id: "runs" }))),
     card("Forces", status.forces.length ? list(status.forces.map((of) =>
       [whyButton(of.tag || of.operand), text(of.value) + (isOutput(ofAnswer(of)) ? "; the output is " + outputText(ofAnswer(of)) : "")])) : h("p", { class: "soft" }, "nothing is forced")),
