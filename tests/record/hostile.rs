@@ -237,7 +237,7 @@ fn changed(parts: &[Part], line: &Line, numbers: &mut Numbers) -> Vec<u8> {
 }
 
 /// The past of a recording, as `rungd why` has it.
-struct Sections<M>(Playback<M>);
+struct Sections<M: MakeEngine>(Playback<M>);
 
 impl<M: MakeEngine> Past for Sections<M> {
     fn count(&self) -> usize {

@@ -78,4 +78,5 @@ pub use state::EngineState;
 pub use state_check::TIME_END_NS;
 pub use transfer::{KeptCells, StageRestart};
 pub use transfer::{Renumbered, RenumberedCell, Transfer};
+pub use wiring::SliceCells;
 pub use written::Stretches;

@@ -14,8 +14,7 @@ use super::program::LiveProgram;
 use super::view::LiveView;
 use crate::operator::client::{self, CallFailure};
 use crate::operator::protocol::{PresentOutputs, RecordingBytes, Request};
-use rungd_engine::EngineProgram;
-use rungd_history::observe::{PowerRun, ScanPower};
+use rungd_history::observe::{PowerRun, ScanPower, WholeProgram};
 use rungd_history::playback::Playback;
 use rungd_history::record::{LastProgram, RecordedProgram, Recording};
 use rungd_runtime::TapeSection;
@@ -68,7 +67,7 @@ pub struct ControllerFollower {
 struct FollowedProgram {
     program: Arc<LiveProgram>,
     run: PowerRun,
-    playback: Playback<EngineProgram>,
+    playback: Playback<WholeProgram>,
     /// Whether the minute before the first look has been fetched.
     has_minute: bool,
     sections: Vec<KeptSection>,
@@ -155,9 +154,10 @@ fn exchanged() -> LookFailure {
 
 impl FollowedProgram {
     fn new(program: Arc<LiveProgram>) -> FollowedProgram {
-        let run = PowerRun::new(Arc::clone(&program.subject));
+        let whole = WholeProgram::new(Arc::clone(&program.subject));
+        let run = PowerRun::of(whole.clone());
         let power = Arc::new(ScanPower::nothing());
-        let playback = Playback::new(Recording::default(), program.subject.whole_code());
+        let playback = Playback::new(Recording::default(), whole);
         let (has_minute, sections) = (false, Vec::new());
         FollowedProgram { program, run, playback, has_minute, sections, power, earlier: None }
     }

@@ -92,6 +92,8 @@ impl LoggedPrograms {
 }
 
 impl MakeEngine for LoggedPrograms {
+    type Engine = Engine;
+
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
         Ok(self.of(program)?.playable.engine())
     }

@@ -6,8 +6,8 @@
 use super::leaves::own_contacts;
 use super::logic::Leaves;
 use super::subject::Subject;
-use rungd_engine::Image;
 use rungd_engine::isa::duration;
+use rungd_engine::{Cell, Image};
 use rungd_language::lower::formula_value::CellFormula;
 pub use rungd_language::lower::formula_value::FormulaNumber;
 use rungd_language::resolve::formula::Formula;
@@ -71,6 +71,16 @@ impl LadderCompare {
         let text = CompareText { comparison: compare.comparison, is_time };
         let sides = [side(&computed.left), side(&compare.right)];
         Some(LadderCompare { contact, text, sides })
+    }
+
+    /// The cells that it reads; of an element, those of its index.
+    pub(super) fn cells(&self) -> impl Iterator<Item = Cell> {
+        self.sides.iter().flat_map(CellFormula::cells)
+    }
+
+    /// Whether it reads elements of arrays.
+    pub(super) fn has_elements(&self) -> bool {
+        self.sides.iter().any(CellFormula::has_elements)
     }
 
     /// The values of its sides in an image.

@@ -6,10 +6,10 @@
 use super::answer::TapeEnd;
 use super::leaves::LeafSeen;
 use super::limits::Limits;
+use super::noted_cells::CellChange;
 use super::past::TapeMoment;
 use super::replay::{Changed, Replay, SEARCHED_MAX};
 use super::seen_values::SeenValue;
-use super::slice_run::CellChange;
 use super::subject::Subject;
 use super::watch::{DecidingStep, Watch};
 use rungd_engine::isa::BlockId;

@@ -67,7 +67,8 @@ pub(super) fn states(subject: &Subject, part: u32, image: &Image) -> Vec<bool> {
     powers(subject, part).iter().map(|power| image.power(*power)).collect()
 }
 
-fn powers(subject: &Subject, part: u32) -> &[Power] {
+/// The powers of a part's own contacts, in the order of its leaves.
+pub(super) fn powers(subject: &Subject, part: u32) -> &[Power] {
     let leaves = &subject.part(part).leaves;
     subject.sites.leaves.get(leaves.start as usize..leaves.end as usize).unwrap_or_default()
 }

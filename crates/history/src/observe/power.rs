@@ -1,23 +1,20 @@
 //! The power of one scan: the state of every contact and the values of every compare when its rung
 //! was executed, and memory at the end of the scan. Two scans are never mixed.
 //!
-//! Executes the sections of a tape, as `why` does, but with the whole program. A [`PowerRun`]
-//! continues from the last scan that it executed. Called by `live`, for pictures of a running
-//! ladder.
+//! Executes the sections of a tape, as `why` does, but with the whole program, and of it only what
+//! can change something. A [`PowerRun`] continues from the last scan that it executed. Called by
+//! `live`, for pictures of a running ladder.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::compares::{FormulaNumber, LadderCompare};
-use super::leaves::states;
+use super::compares::FormulaNumber;
+use super::seen_parts::{ComparedValues, IDLE, SeenParts};
+use super::slice_run::{SliceRun, StepWitness};
+use super::sparing::WholeProgram;
 use super::subject::Subject;
-use super::walk::{WalkedProgram, Witness, walk};
-use rungd_engine::{Cell, Element, Engine, EngineCall, Image, ScanStep, Slice};
+use rungd_engine::{Cell, EngineCall, Image};
 use rungd_runtime::exchange::{Mode, StopReason};
 use rungd_runtime::{TapeEntry, TapeSection, TapeStep};
-
-/// A contact of a rung that was not executed in the scan.
-const IDLE: u8 = 2;
 
 /// Every contact of a ladder in one scan, and memory at its end.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,10 +27,10 @@ pub struct ScanPower {
     pub mode: Mode,
     /// By contact, in the order of the program: OFF, ON, or not executed.
     contacts: Vec<u8>,
-    /// The values of the sides of each compare that was evaluated, by contact.
-    compared: BTreeMap<u32, [FormulaNumber; 2]>,
+    /// The values of the sides of each compare.
+    compared: ComparedValues,
     /// By part of a rung: whether it was executed.
-    executed: Vec<bool>,
+    executed: Arc<[bool]>,
     bits: Vec<u8>,
     words: Vec<i32>,
 }
@@ -55,16 +52,18 @@ impl ScanPower {
     /// The power before the first scan.
     pub fn nothing() -> ScanPower {
         let mode = Mode::Stop(StopReason::NotStarted);
-        let (contacts, executed) = (Vec::new(), Vec::new());
+        let (contacts, executed) = (Vec::new(), Arc::default());
         let (bits, words) = (Vec::new(), Vec::new());
-        let compared = BTreeMap::new();
+        let compared = ComparedValues::default();
         ScanPower { scan: 0, unix_ns: 0, mode, contacts, compared, executed, bits, words }
     }
 
     /// The values of the sides of a compare, by its number among the contacts; `None`: it is no
     /// compare, or was not evaluated in this scan.
     pub fn compared(&self, number: u32) -> Option<[FormulaNumber; 2]> {
-        self.compared.get(&number).copied()
+        self.contact(number)?;
+        let at = self.compared.contacts.binary_search(&number).ok()?;
+        self.compared.values.get(at).copied()
     }
 
     /// Whether a contact was ON, by its number among those of the program; `None`: its rung was
@@ -105,10 +104,9 @@ impl Subject {
 
 /// Executes sections of a tape, and collects the power of their scans.
 pub struct PowerRun {
-    subject: Arc<Subject>,
-    compares: Vec<LadderCompare>,
-    slice: Slice,
-    engine: Engine,
+    program: WholeProgram,
+    run: SliceRun<WholeProgram>,
+    seen: SeenParts,
     /// The current section, as the number of its first scan and its program, and the number of its
     /// entries that have been executed.
     done: Option<((u64, u32), usize)>,
@@ -118,10 +116,14 @@ pub struct PowerRun {
 impl PowerRun {
     /// A run that has executed nothing yet.
     pub fn new(subject: Arc<Subject>) -> PowerRun {
-        let slice = subject.seen.whole();
-        let engine = Engine::new(slice.program.clone());
-        let compares = subject.compares();
-        PowerRun { subject, compares, slice, engine, done: None, last: None }
+        PowerRun::of(WholeProgram::new(subject))
+    }
+
+    /// A run of a program, which others may execute too.
+    pub fn of(program: WholeProgram) -> PowerRun {
+        let run = SliceRun::new(&program.subject, program.clone());
+        let seen = SeenParts::new(&program);
+        PowerRun { program, run, seen, done: None, last: None }
     }
 
     /// The power of the last scan in a section; `None`: the section has no scan, or belongs to a
@@ -149,10 +151,11 @@ impl PowerRun {
             Some((_, done)) => done,
             None => {
                 self.last = None;
-                if !section.state.fits(&self.subject.seen) {
+                if !section.state.fits(&self.program.subject.seen) {
                     return None;
                 }
-                self.engine.resume(&section.state);
+                self.run.resume(&section.state);
+                self.tell();
                 0
             }
         };
@@ -175,7 +178,10 @@ impl PowerRun {
                         return self.last.clone();
                     }
                 }
-                None => self.engine.apply(call),
+                None => {
+                    self.run.call(0, call, None);
+                    self.tell();
+                }
             }
         }
         self.done = Some((name, section.entries.len()));
@@ -185,25 +191,23 @@ impl PowerRun {
         self.last.clone()
     }
 
+    /// Tells what the last call has changed.
+    fn tell(&mut self) {
+        self.run.changed().iter().for_each(|number| self.seen.changed(*number));
+    }
+
     /// Executes a scan, and returns its power.
     fn see(&mut self, call: EngineCall) -> ScanPower {
-        let mut seen = SeenContacts {
-            subject: &self.subject,
-            compares: &self.compares,
-            compared: BTreeMap::new(),
-            contacts: vec![IDLE; self.subject.sites.leaves.len()],
-            executed: vec![false; self.subject.sites.parts.len()],
-        };
-        let program = WalkedProgram { subject: &self.subject, slice: &self.slice };
-        walk(program, &mut self.engine, call, &mut seen);
-        let SeenContacts { contacts, compared, executed, .. } = seen;
-        let (bits, words) = public(&self.subject, self.engine.image());
+        self.seen.begin();
+        self.run.call_seen(call, &mut self.seen);
+        let (executed, contacts, compared) = self.seen.scan();
+        let (bits, words) = public(&self.program.subject, self.run.seen_engine().image());
         ScanPower { contacts, compared, executed, bits, words, ..ScanPower::nothing() }
     }
 
     /// Outside of RUN no rung is executed: takes memory as it is.
     fn outside_of_run(&mut self, section: &TapeSection, mode: Mode) {
-        let (bits, words) = public(&self.subject, self.engine.image());
+        let (bits, words) = public(&self.program.subject, self.run.seen_engine().image());
         let before = self.last.as_ref();
         let scan = before.map_or(section.start.number.saturating_sub(1), |last| last.scan);
         let begin = section.start.unix_ns(section.state.now_ns());
@@ -224,45 +228,4 @@ fn public(subject: &Subject, image: &Image) -> (Vec<u8>, Vec<i32>) {
     let (bits, words) = (layout.bit_count() as usize, layout.word_count() as usize);
     let program_bits = |all: &[u8]| all.get(..bits).unwrap_or(all).to_vec();
     (program_bits(image.bits()), image.words().get(..words).unwrap_or(image.words()).to_vec())
-}
-
-/// Collects the states of the contacts of each part.
-struct SeenContacts<'a> {
-    subject: &'a Subject,
-    compares: &'a [LadderCompare],
-    compared: BTreeMap<u32, [FormulaNumber; 2]>,
-    contacts: Vec<u8>,
-    executed: Vec<bool>,
-}
-
-impl Witness for SeenContacts<'_> {
-    /// What is shown of a subroutine is its last execution.
-    fn before(&mut self, deed: ScanStep, _: u32, _: &Image) {
-        let ScanStep::Element(Element::Block(block)) = deed else { return };
-        if !self.subject.program.block(block).is_subroutine() {
-            return;
-        }
-        let parts = self.subject.sites.parts.iter().enumerate();
-        for (at, part) in parts.filter(|(_, part)| part.element.block == block) {
-            self.executed[at] = false;
-            self.compared.retain(|contact, _| !part.leaves.contains(contact));
-            let leaves = part.leaves.start as usize..part.leaves.end as usize;
-            self.contacts[leaves].fill(IDLE);
-        }
-    }
-
-    fn part(&mut self, part: u32, _: u32, image: &Image) {
-        let first = self.subject.part(part).leaves.start as usize;
-        if let Some(executed) = self.executed.get_mut(part as usize) {
-            *executed = true;
-        }
-        let states = states(self.subject, part, image);
-        for (place, on) in self.contacts.iter_mut().skip(first).zip(states) {
-            *place = u8::from(on);
-        }
-        let leaves = &self.subject.part(part).leaves;
-        let from = self.compares.partition_point(|compare| compare.contact < leaves.start);
-        let own = self.compares[from..].iter().take_while(|compare| compare.contact < leaves.end);
-        self.compared.extend(own.map(|compare| (compare.contact, compare.values(image))));
-    }
 }

@@ -9,9 +9,10 @@ use std::sync::Arc;
 
 use super::answer::{Since, TapeEnd, When};
 use super::leaves::is_status;
+use super::noted_cells::CellChange;
 use super::past::{self, Past, QuestionTime, TapeMoment, WhyRefusal, joins};
 use super::section_log::SectionLog;
-use super::slice_run::{CellChange, SliceRun};
+use super::slice_run::SliceRun;
 use super::subject::Subject;
 use super::walk::{WalkedProgram, Witness, walk};
 use rungd_engine::{Cell, Engine, EngineCall, EngineState, Image, ScanStep, Slice};
@@ -38,7 +39,7 @@ pub(super) struct Replay<'a> {
     pub subject: &'a Subject,
     past: &'a mut dyn Past,
     slice: &'a Slice,
-    run: SliceRun<'a>,
+    run: SliceRun<&'a Slice>,
     sections: BTreeMap<usize, Arc<TapeSection>>,
     logs: BTreeMap<usize, Rc<SectionLog>>,
     /// The states right before entries, the last used first.

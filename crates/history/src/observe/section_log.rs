@@ -2,9 +2,10 @@
 //!
 //! Made by executing the section once. Used to find the last change of a cell.
 
+use super::noted_cells::CellChange;
 use super::past::TapeMoment;
-use super::slice_run::{CellChange, SliceRun};
-use rungd_engine::Cell;
+use super::slice_run::SliceRun;
+use rungd_engine::{Cell, Slice};
 use rungd_runtime::TapeSection;
 
 /// The changes of a section, in order.
@@ -15,7 +16,7 @@ pub(super) struct SectionLog {
 
 impl SectionLog {
     /// Executes a section that fits. `follows`: the run is already at the start of the section.
-    pub fn new(run: &mut SliceRun, section: &TapeSection, follows: bool) -> SectionLog {
+    pub fn new(run: &mut SliceRun<&Slice>, section: &TapeSection, follows: bool) -> SectionLog {
         let mut changes = Vec::new();
         if !follows {
             run.resume(&section.state);

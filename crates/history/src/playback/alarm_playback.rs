@@ -143,6 +143,8 @@ struct AlarmEngines<'a> {
 }
 
 impl MakeEngine for AlarmEngines<'_> {
+    type Engine = Engine;
+
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
         let program = self.programs.playable(program)?;
         let mut cells: Vec<Cell> = program.symbols.alarms.iter().map(|alarm| alarm.bit).collect();

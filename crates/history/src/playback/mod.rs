@@ -23,5 +23,7 @@ pub use followed_alarm::{LineJudge, MakeJudge};
 pub use moment::{MomentScan, RecordedMoment, moment};
 pub use programs::{PlacedProgram, PlayableProgram, RecordedPrograms};
 pub use recorded::{RecordedQuestion, loaded, subject, subject_and_settings, whole_program, why};
-pub use replay::{MakeEngine, Playback, PlayedScan, PlayedStep, Unplayable, Verified};
+pub use replay::{
+    MakeEngine, Playback, PlayedEngine, PlayedScan, PlayedStep, Unplayable, Verified,
+};
 pub use twin_run::{TwinRun, TwinScan};

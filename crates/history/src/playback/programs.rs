@@ -136,6 +136,8 @@ impl RecordedPrograms {
 }
 
 impl MakeEngine for &RecordedPrograms {
+    type Engine = Engine;
+
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
         Ok(self.playable(program)?.engine())
     }

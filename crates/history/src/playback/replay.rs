@@ -11,6 +11,7 @@ use std::io;
 use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
+use crate::observe::{SparingEngine, WholeProgram};
 use crate::record::{ReadSection, RecordedProgram, Recording, SectionBody, state_hash};
 use rungd_engine::{self as engine, Engine, EngineCall, EngineState};
 use rungd_runtime::{Origin, TapeSection, tape_steps};
@@ -69,14 +70,59 @@ pub struct PlayedStep {
 
 /// Makes the engines of recorded programs.
 pub trait MakeEngine {
+    /// The engines.
+    type Engine: PlayedEngine;
+
     /// A new engine of a program.
     ///
     /// # Errors
     /// The reason why the program cannot be executed.
-    fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String>;
+    fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Self::Engine, String>;
+}
+
+/// An engine that executes recorded calls.
+pub trait PlayedEngine {
+    /// Its memory and program.
+    fn engine(&self) -> &Engine;
+
+    /// Continues from a state; returns false, and changes nothing, if the state does not fit.
+    fn resume(&mut self, state: &EngineState) -> bool;
+
+    /// Makes a call.
+    fn apply(&mut self, call: EngineCall);
+}
+
+impl PlayedEngine for Engine {
+    fn engine(&self) -> &Engine {
+        self
+    }
+
+    fn resume(&mut self, state: &EngineState) -> bool {
+        Engine::resume(self, state)
+    }
+
+    fn apply(&mut self, call: EngineCall) {
+        Engine::apply(self, call);
+    }
+}
+
+impl PlayedEngine for SparingEngine {
+    fn engine(&self) -> &Engine {
+        SparingEngine::engine(self)
+    }
+
+    fn resume(&mut self, state: &EngineState) -> bool {
+        SparingEngine::resume(self, state)
+    }
+
+    fn apply(&mut self, call: EngineCall) {
+        SparingEngine::apply(self, call);
+    }
 }
 
 impl<F: FnMut(&RecordedProgram) -> Result<Engine, String>> MakeEngine for F {
+    type Engine = Engine;
+
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
         self(program)
     }
@@ -84,18 +130,29 @@ impl<F: FnMut(&RecordedProgram) -> Result<Engine, String>> MakeEngine for F {
 
 /// The same code for every program, such as the slice for a question about one program.
 impl MakeEngine for engine::EngineProgram {
+    type Engine = Engine;
+
     fn engine(&mut self, _: &Arc<RecordedProgram>) -> Result<Engine, String> {
         Ok(Engine::new(self.clone()))
     }
 }
 
+/// The same program always, without what would change nothing.
+impl MakeEngine for WholeProgram {
+    type Engine = SparingEngine;
+
+    fn engine(&mut self, _: &Arc<RecordedProgram>) -> Result<SparingEngine, String> {
+        Ok(self.sparing_engine())
+    }
+}
+
 /// A recording with an engine that executes it.
-pub struct Playback<M> {
+pub struct Playback<M: MakeEngine> {
     recording: Arc<Recording>,
     /// Makes the engines.
     pub programs: M,
     /// The engine, and the program that it executes.
-    engine: Option<(Arc<RecordedProgram>, Box<Engine>)>,
+    engine: Option<(Arc<RecordedProgram>, Box<M::Engine>)>,
     /// The section at whose start the engine is; `None`: at no start of a section.
     at: Option<usize>,
     /// The last section that could not be executed. Later sections that need it are refused without
@@ -164,7 +221,7 @@ impl<M: MakeEngine> Playback<M> {
     /// # Errors
     /// No section was reached.
     pub fn engine(&self) -> Result<&Engine, Unplayable> {
-        self.engine.as_ref().map(|(_, engine)| &**engine).ok_or(Unplayable::NoBase)
+        self.engine.as_ref().map(|(_, engine)| engine.engine()).ok_or(Unplayable::NoBase)
     }
 
     /// Executes sections, and calls `visit` at the end of each scan. A `Break` ends the execution.
@@ -230,7 +287,8 @@ impl<M: MakeEngine> Playback<M> {
     ) -> Result<Option<bool>, Unplayable> {
         // The state at the end of the section before it.
         let reached = self.engine.as_ref().filter(|_| self.continues_at(at));
-        let reached = reached.map(|(program, engine)| (program.clone(), EngineState::of(engine)));
+        let reached =
+            reached.map(|(program, engine)| (program.clone(), EngineState::of(engine.engine())));
         let body = self.seek(at)?;
         let start = EngineState::of(self.engine()?);
         let continues = match &reached {
@@ -315,7 +373,7 @@ impl<M: MakeEngine> Playback<M> {
             engine.apply(call);
             let unix_ns = start.unix_ns(step.now_ns);
             let scan = PlayedScan { number: step.number, unix_ns, section: at };
-            if visit(PlayedStep { call, scan }, engine).is_break() {
+            if visit(PlayedStep { call, scan }, engine.engine()).is_break() {
                 return Ok(ControlFlow::Break(()));
             }
         }

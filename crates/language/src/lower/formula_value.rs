@@ -186,6 +186,11 @@ impl CellFormula {
         })
     }
 
+    /// Whether it reads an element of an array.
+    pub fn has_elements(&self) -> bool {
+        self.parts.iter().any(|part| matches!(part, CellPart::Element(_)))
+    }
+
     /// Its value on an image. Allocates nothing unless more than 32 operands wait at once.
     pub fn value(&self, image: &Image) -> FormulaValue {
         let none = FormulaValue::new(FormulaNumber::Integer(0));

@@ -5,6 +5,7 @@ mod coverage;
 mod kinds;
 mod packing;
 mod past;
+mod power;
 mod reasons;
 mod slices;
 mod stops;

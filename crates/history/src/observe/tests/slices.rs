@@ -5,7 +5,7 @@ use super::tape::ladder;
 use crate::observe::Subject;
 use crate::observe::slice_run::SliceRun;
 use rungd_engine::isa::{Address, Bit, BitSpace};
-use rungd_engine::{BitCell, Cell, Engine, EngineCall, ScanTimes, WordCell};
+use rungd_engine::{BitCell, Cell, Engine, EngineCall, ScanTimes, Slice, WordCell};
 use rungd_language::resolve::{LoadOptions, load_ladders};
 use rungd_language::source::span::SourceFile;
 use std::sync::Arc;
@@ -15,17 +15,17 @@ const CELLS: usize = 40;
 const SCANS: u64 = 150;
 
 /// Random numbers, the same on every run.
-struct Random(u64);
+pub(super) struct Random(pub u64);
 
 impl Random {
-    fn below(&mut self, end: usize) -> usize {
+    pub fn below(&mut self, end: usize) -> usize {
         self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963);
         ((self.0 >> 33) as usize) % end.max(1)
     }
 }
 
 /// The TOML files of a folder, in order of their names.
-fn files(folder: &str) -> Vec<SourceFile> {
+pub(super) fn files(folder: &str) -> Vec<SourceFile> {
     let folder = format!("{}/config/{folder}", concat!(env!("CARGO_MANIFEST_DIR"), "/../.."));
     let entries = std::fs::read_dir(&folder).expect("a folder").flatten();
     let file = |entry: std::fs::DirEntry| SourceFile {
@@ -39,7 +39,7 @@ fn files(folder: &str) -> Vec<SourceFile> {
 }
 
 /// A ladder with the library.
-fn subject(file: SourceFile) -> Subject {
+pub(super) fn subject(file: SourceFile) -> Subject {
     let mut all = files("lib");
     all.push(file);
     let (program, findings) = load_ladders(&all, &LoadOptions::default());
@@ -48,7 +48,7 @@ fn subject(file: SourceFile) -> Subject {
 }
 
 /// Blocks, Stages, arrays, a STOP.
-const BLOCKS: &str = r#"
+pub(super) const BLOCKS: &str = r#"
 tags.row = { type = "int", count = 4 }
 tags.bits = { type = "bit", count = 8 }
 tags.at = { at = "D0", min = 0, max = 5 }
@@ -119,7 +119,7 @@ do = ["SET Y6"]
 
 /// The public cells; some of the cells that the program writes; the cells that can be written from
 /// outside.
-fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
+pub(super) fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
     let layout = &subject.symbols.layout;
     let (bits, words) = (layout.bit_count(), layout.word_count());
     let bits = (0..bits).map(|at| Cell::Bit(BitCell(at)));
@@ -141,7 +141,12 @@ fn cells(subject: &Subject, random: &mut Random) -> [Vec<Cell>; 3] {
 }
 
 /// The calls of a scan before its execution.
-fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<EngineCall> {
+pub(super) fn calls(
+    scan: u64,
+    was_last: bool,
+    named: &[Cell],
+    random: &mut Random,
+) -> Vec<EngineCall> {
     // Two of three scans begin within the same millisecond.
     let now_ns = scan / 3 * 30_000_000 + scan % 3 * 300_000;
     let mut calls = Vec::new();
@@ -175,7 +180,7 @@ fn calls(scan: u64, was_last: bool, named: &[Cell], random: &mut Random) -> Vec<
 struct Beside<'s> {
     of: Cell,
     engine: Engine,
-    run: SliceRun<'s>,
+    run: SliceRun<&'s Slice>,
     known: Vec<Cell>,
 }
 
