@@ -7,7 +7,6 @@
 //! A state to continue from makes only the operations due whose cells differ. The slice may be the
 //! whole program: so a running controller is followed.
 
-use std::borrow::Borrow;
 use std::ops::Range;
 
 use super::noted_cells::{CellChange, ChangingStep, NotedCells};
@@ -34,16 +33,28 @@ pub(super) trait StepWitness {
     fn changed(&mut self, number: u32);
 }
 
+/// What a run executes a slice of.
+pub(super) trait SliceHolder {
+    /// The slice.
+    fn slice(&self) -> &Slice;
+}
+
+impl SliceHolder for &Slice {
+    fn slice(&self) -> &Slice {
+        self
+    }
+}
+
 /// An engine of a slice, with the record of the operations that it may leave out.
 pub(super) struct SliceRun<S> {
     engine: Engine,
     eye: SliceObserver<S>,
 }
 
-impl<S: Borrow<Slice>> SliceRun<S> {
+impl<S: SliceHolder> SliceRun<S> {
     /// A run that needs a [`SliceRun::resume`] before its first call.
     pub fn new(subject: &Subject, slice: S) -> SliceRun<S> {
-        let engine = Engine::new(slice.borrow().program.clone());
+        let engine = Engine::new(slice.slice().program.clone());
         let eye = SliceObserver::new(subject, slice, &EngineState::of(&engine));
         SliceRun { engine, eye }
     }
@@ -52,7 +63,7 @@ impl<S: Borrow<Slice>> SliceRun<S> {
     pub fn resume(&mut self, state: &EngineState) -> bool {
         let SliceRun { engine, eye } = self;
         let fits = engine.resume(state);
-        eye.noted.resume(&eye.slice.borrow().wiring, engine.image());
+        eye.noted.resume(&eye.slice.slice().wiring, engine.image());
         fits
     }
 
@@ -105,9 +116,9 @@ struct SliceObserver<S> {
     begun: bool,
 }
 
-impl<S: Borrow<Slice>> SliceObserver<S> {
+impl<S: SliceHolder> SliceObserver<S> {
     fn new(subject: &Subject, slice: S, state: &EngineState) -> SliceObserver<S> {
-        let own = slice.borrow();
+        let own = slice.slice();
         let layout = &subject.symbols.layout;
         let mut noted = NotedCells::new(state, own.places.len());
         noted.tell_public(layout);
@@ -137,11 +148,11 @@ impl<S: Borrow<Slice>> SliceObserver<S> {
         let noted = &mut self.noted;
         match call {
             EngineCall::Write(cell, _) => {
-                let (number, wiring) = (noted.number(cell), &self.slice.borrow().wiring);
+                let (number, wiring) = (noted.number(cell), &self.slice.slice().wiring);
                 noted.note(number, wiring, image, ChangingStep::CALL);
             }
             EngineCall::Force(cell, _) | EngineCall::Release(cell) => {
-                let (number, wiring) = (noted.number(cell), &self.slice.borrow().wiring);
+                let (number, wiring) = (noted.number(cell), &self.slice.slice().wiring);
                 noted.note(number, wiring, image, ChangingStep::CALL);
                 noted.touched(number, wiring);
                 noted.is_forced = true;
@@ -156,18 +167,18 @@ impl<S: Borrow<Slice>> SliceObserver<S> {
 
     /// Notes the cells of a step. `step`: its number among the batches, passes and turns.
     fn step(&mut self, step: usize, image: &Image, by: ChangingStep) {
-        let wiring = &self.slice.borrow().wiring;
+        let wiring = &self.slice.slice().wiring;
         wiring.written(step).iter().for_each(|cell| self.noted.note(*cell, wiring, image, by));
     }
 
     fn turn(&self, BlockId(block): BlockId) -> usize {
-        let slice = self.slice.borrow();
+        let slice = self.slice.slice();
         slice.places.len() + slice.program.tables.terminations.len() + block as usize
     }
 
     /// Notes the bits of all blocks, after a call that starts or stops them.
     fn blocks(&mut self, image: &Image, step: u32) {
-        for at in 0..self.slice.borrow().program.blocks.len() as u32 {
+        for at in 0..self.slice.slice().program.blocks.len() as u32 {
             self.step(self.turn(BlockId(at)), image, ChangingStep { number: step, by: None });
         }
     }
@@ -175,7 +186,7 @@ impl<S: Borrow<Slice>> SliceObserver<S> {
     /// Notes the status bits and words, which the start of a scan writes. Their changes are not
     /// reported.
     fn status(&mut self, image: &Image) {
-        let (slice, noted) = (self.slice.borrow(), &mut self.noted);
+        let (slice, noted) = (self.slice.slice(), &mut self.noted);
         let layout = &slice.program.layout;
         let bit = noted.number(Cell::Bit(layout.bit(Bit::Space(BitSpace::St, 0))));
         let word = |n| noted.number(Cell::Word(layout.word(Word::Space(WordSpace::Dst, n))));
@@ -202,13 +213,13 @@ impl<S: Borrow<Slice>> SliceObserver<S> {
     }
 }
 
-impl<S: Borrow<Slice>> ScanObserver for SliceObserver<S> {
+impl<S: SliceHolder> ScanObserver for SliceObserver<S> {
     fn next(&mut self, batches: Range<u32>) -> u32 {
         self.next_of(batches, &[])
     }
 
     fn before(&mut self, deed: ScanStep, image: &Image) {
-        let number = self.numbers.before(deed, self.slice.borrow());
+        let number = self.numbers.before(deed, self.slice.slice());
         if !std::mem::replace(&mut self.begun, true) {
             // The engine has started LastScan.
             self.blocks(image, 0);
@@ -225,9 +236,9 @@ impl<S: Borrow<Slice>> ScanObserver for SliceObserver<S> {
 
     fn after(&mut self, deed: ScanStep, image: &Image) {
         let number = self.numbers.after(deed);
-        let batches = self.slice.borrow().places.len();
+        let batches = self.slice.slice().places.len();
         let (step, by) = match deed {
-            ScanStep::Batch(at) => (at as usize, self.slice.borrow().whole(deed)),
+            ScanStep::Batch(at) => (at as usize, self.slice.slice().whole(deed)),
             ScanStep::Pass(at) => (batches + at as usize, deed),
             ScanStep::Turn(block) => (self.turn(block), deed),
             ScanStep::Element(_) => return,
@@ -242,13 +253,13 @@ struct WitnessedSlice<'a, S, W> {
     witness: &'a mut W,
 }
 
-impl<S: Borrow<Slice>, W: StepWitness> WitnessedSlice<'_, S, W> {
+impl<S: SliceHolder, W: StepWitness> WitnessedSlice<'_, S, W> {
     fn tell(&mut self) {
         self.eye.noted.numbers.drain(..).for_each(|number| self.witness.changed(number));
     }
 }
 
-impl<S: Borrow<Slice>, W: StepWitness> ScanObserver for WitnessedSlice<'_, S, W> {
+impl<S: SliceHolder, W: StepWitness> ScanObserver for WitnessedSlice<'_, S, W> {
     fn next(&mut self, batches: Range<u32>) -> u32 {
         let next = self.eye.next_of(batches.clone(), self.witness.wanted());
         self.witness.passes(batches, next);
@@ -258,7 +269,7 @@ impl<S: Borrow<Slice>, W: StepWitness> ScanObserver for WitnessedSlice<'_, S, W>
     fn before(&mut self, deed: ScanStep, image: &Image) {
         self.eye.before(deed, image);
         self.tell();
-        self.witness.before(deed, self.eye.slice.borrow(), image);
+        self.witness.before(deed, self.eye.slice.slice(), image);
     }
 
     fn after(&mut self, deed: ScanStep, image: &Image) {

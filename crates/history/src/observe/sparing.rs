@@ -4,10 +4,9 @@
 //! a running controller use it: little changes from scan to scan, so the scans of a large ladder
 //! take little time.
 
-use std::borrow::Borrow;
 use std::sync::Arc;
 
-use super::slice_run::SliceRun;
+use super::slice_run::{SliceHolder, SliceRun};
 use super::subject::Subject;
 use rungd_engine::{Engine, EngineCall, EngineState, Slice};
 
@@ -31,8 +30,8 @@ impl WholeProgram {
     }
 }
 
-impl Borrow<Slice> for WholeProgram {
-    fn borrow(&self) -> &Slice {
+impl SliceHolder for WholeProgram {
+    fn slice(&self) -> &Slice {
         &self.slice
     }
 }
