@@ -78,9 +78,9 @@ fn named(name: &str) -> Result<String, String> {
 fn operand(args: &ExplainArgs, name: &str) -> Option<String> {
     let program = args.program.load_quietly().ok()??;
     // Most unknown names are typing errors, so the tests are read only for an operand that exists.
-    program.index(&[]).of(name).ok()?;
+    program.index(&[]).reference(name).ok()?;
     let tests = program.tests();
-    let reference = program.index(&tests).of(name).ok()?;
+    let reference = program.index(&tests).reference(name).ok()?;
     Some(format!("{}`rungd xref {name}` says where\n", xref::text::short(&reference)))
 }
 

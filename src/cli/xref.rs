@@ -71,7 +71,7 @@ pub fn xref(args: &XrefArgs) -> Result<Exit> {
         found = index.all();
     }
     for operand in &args.operands {
-        match index.of(operand) {
+        match index.reference(operand) {
             Ok(reference) => found.push(reference),
             Err(why) => {
                 say_line(&format!("rungd: {why}"));

@@ -93,7 +93,7 @@ impl LogWriter {
         devices: Vec<DeviceHealth>,
         alarms: AlarmEnds,
     ) -> Self {
-        let narration = narrations.of(0);
+        let narration = narrations.of_generation(0);
         let AlarmEnds { book, watches } = alarms;
         let (standing, mode) = (None, Mode::Stop(StopReason::NotStarted));
         let alarms = BitAlarms::new(book, &narration);
@@ -344,7 +344,7 @@ impl Observer for LogWriter {
                 // numbers.
                 self.ended(record.at_ns);
                 let before = Arc::clone(&self.narration);
-                self.narration = self.narrations.of(generation);
+                self.narration = self.narrations.of_generation(generation);
                 self.alarms.swap(generation, &before, &self.narration);
                 self.watches.swap(generation);
                 let swap_us = us(swap_ns);

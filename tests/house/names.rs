@@ -80,6 +80,9 @@ fn unclear(text: &str) -> Vec<(usize, String)> {
                 found.push((number, format!("name what `{name}` does: {instead}")));
             }
         }
+        if ["fn of(&self", "fn of(&mut self", "fn of(self"].iter().any(|of| code.contains(of)) {
+            found.push((number, "name what the method `of` returns".to_owned()));
+        }
         if ["|of|", "|of,", "|&of|", "|of:", "(of:", " of: &"].iter().any(|of| code.contains(of)) {
             found.push((number, "give the parameter `of` the name of the thing".to_owned()));
         }

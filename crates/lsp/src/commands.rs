@@ -134,7 +134,7 @@ fn project_texts(workspace: &Workspace, path: &Path) -> Result<TestedTexts> {
 fn show_failure(workspace: &mut Workspace, arguments: &Arguments) -> Result<()> {
     let path = arguments.path()?;
     let test = arguments.text(1).context("the second argument is the name of a test")?;
-    let verdict = workspace.tests.of(&path, test);
+    let verdict = workspace.tests.verdict(&path, test);
     let failed = verdict.and_then(|verdict| Some((verdict, verdict.failure.as_deref()?)));
     let (verdict, failure) = failed.context("this test has not failed")?;
     let name = PathBuf::from(path.file_name().unwrap_or_default());

@@ -40,7 +40,7 @@ fn of_tests(file: &EditorFile, uri: &Value, results: &TestResults) -> Vec<CodeLe
         let place = object.extent.start..object.extent.start;
         let arguments = vec![uri.clone(), json!(name)];
         lenses.push(lens(file, place.clone(), titled("run", TEST, arguments.clone())));
-        let Some(verdict) = results.of(&file.path, name) else { continue };
+        let Some(verdict) = results.verdict(&file.path, name) else { continue };
         let command = if verdict.failure.is_some() { SHOW_FAILURE } else { TEST };
         lenses.push(lens(file, place, titled(&verdict_text(verdict), command, arguments)));
     }

@@ -51,7 +51,7 @@ impl TestResults {
     }
 
     /// The last verdict of a test.
-    pub fn of(&self, path: &Path, test: &str) -> Option<&TestVerdict> {
+    pub fn verdict(&self, path: &Path, test: &str) -> Option<&TestVerdict> {
         self.files.get(path)?.1.get(test)
     }
 

@@ -69,7 +69,7 @@ pub(crate) fn readers(code: &EngineProgram) -> HashMap<u32, usize> {
     let mut read = |cell: u32| *readers.entry(cell).or_default() += 1;
     for batch in &code.tables.batches {
         for op in code.tables.ops_of(*batch) {
-            effects.of(&op).all_reads().for_each(&mut read);
+            effects.effect(&op).all_reads().for_each(&mut read);
         }
     }
     let passes = code.tables.terminations.iter();
@@ -100,9 +100,10 @@ impl AnySearch<'_> {
         for at in range {
             let batch = split.tables.batches[at as usize];
             let op = split.tables.ops_of(batch).next().expect("a batch of one operation");
-            let effect = effects.of(&op);
-            let place =
-                |cell: &u32| self.cells.iter().position(|input| numbers.of(input.cell) == *cell);
+            let effect = effects.effect(&op);
+            let place = |cell: &u32| {
+                self.cells.iter().position(|input| numbers.number(input.cell) == *cell)
+            };
             let mut cut: Vec<usize> = effect.writes.iter().filter_map(place).collect();
             cut.sort_unstable();
             cut.dedup();

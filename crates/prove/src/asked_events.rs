@@ -162,7 +162,7 @@ fn written_by(code: &EngineProgram, block: BlockId) -> Vec<Cell> {
     let batches = code.blocks[block.0 as usize].own.batches.clone();
     let batches = batches.map(|at| code.tables.batches[at as usize]);
     let written = batches.flat_map(|batch| code.tables.ops_of(batch));
-    let mut all: Vec<u32> = written.flat_map(|op| effects.of(&op).writes).collect();
+    let mut all: Vec<u32> = written.flat_map(|op| effects.effect(&op).writes).collect();
     all.sort_unstable();
     all.dedup();
     let cell = |number: u32| match number.checked_sub(numbers.bits) {

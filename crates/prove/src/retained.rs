@@ -81,7 +81,7 @@ pub(crate) fn retained(
 fn driven(code: &EngineProgram) -> HashSet<Cell> {
     let (effects, mut writers) = (Effects::new(code), HashMap::<u32, usize>::new());
     for batch in &code.tables.batches {
-        let written = code.tables.ops_of(*batch).flat_map(|op| effects.of(&op).writes);
+        let written = code.tables.ops_of(*batch).flat_map(|op| effects.effect(&op).writes);
         let mut seen: Vec<u32> = written.collect();
         seen.sort_unstable();
         seen.into_iter().for_each(|cell| *writers.entry(cell).or_default() += 1);
@@ -150,7 +150,7 @@ impl StartSearch<'_> {
     }
 
     fn add(&mut self, name: String, setting: InputSetting, cell: Cell, limits: KeptLimits) {
-        let number = EffectCells { bits: self.code.bit_count }.of(cell);
+        let number = EffectCells { bits: self.code.bit_count }.number(cell);
         let cold = self.cold.image().value(cell);
         let is_off = cold == 0 && self.driven.contains(&cell);
         if is_off || !self.readers.contains_key(&number) || !self.seen.insert(cell) {

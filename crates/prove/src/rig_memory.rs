@@ -63,7 +63,7 @@ impl<'c> DeadEnd<'c> {
             cell.is_some_and(|cell| match address {
                 Address::Bit(Bit::Stage(_) | Bit::Running(_) | Bit::Done(_)) => true,
                 Address::Bit(_) | Address::Word(_) | Address::Structure(_) => {
-                    let number = EffectCells { bits: code.bit_count }.of(cell);
+                    let number = EffectCells { bits: code.bit_count }.number(cell);
                     readers.contains_key(&number) && !free.contains(&cell)
                 }
             })

@@ -46,18 +46,18 @@ impl Holds {
                     Some(HeldBit { hold: batch.ticket, off, until_ns });
             }
             HoldStep::Keep { hold, until_ns } => {
-                let held = self.of(hold, now_ns).ok_or(BatchRefusal::HoldEnded)?;
+                let held = self.held_bit(hold, now_ns).ok_or(BatchRefusal::HoldEnded)?;
                 held.until_ns = held.until_ns.max(until_ns);
             }
             HoldStep::End { hold } => {
-                self.of(hold, now_ns).ok_or(BatchRefusal::HoldEnded)?.until_ns = 0;
+                self.held_bit(hold, now_ns).ok_or(BatchRefusal::HoldEnded)?.until_ns = 0;
             }
         }
         Ok(())
     }
 
     /// A hold that has not ended.
-    fn of(&mut self, hold: Ticket, now_ns: u64) -> Option<&mut HeldBit> {
+    fn held_bit(&mut self, hold: Ticket, now_ns: u64) -> Option<&mut HeldBit> {
         let mut all = self.0.iter_mut().flatten();
         all.find(|held| held.hold == hold && held.until_ns >= now_ns)
     }

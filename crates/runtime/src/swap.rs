@@ -240,7 +240,7 @@ impl<T> Generations<T> {
     }
 
     /// The data of a program; if the program is no longer in the list, the data of the last one.
-    pub fn of(&self, generation: u32) -> Arc<T> {
+    pub fn of_generation(&self, generation: u32) -> Arc<T> {
         let last = || self.locked(|list| list.last().map(|(_, data)| Arc::clone(data)));
         let found = self.find(generation).or_else(last);
         found.expect("there is one from the beginning, and one stays")

@@ -94,7 +94,7 @@ mod tests {
         assert_eq!(rights(&sessions, minutes(8)), (WebRole::Operate, true));
         assert_eq!(rights(&sessions, minutes(9)), (WebRole::View, false));
         // A question of the page itself is no act of a person.
-        sessions.of(&cookie, minutes(9));
+        sessions.session(&cookie, minutes(9));
         assert_eq!(rights(&sessions, minutes(10)), (WebRole::View, false));
     }
 
@@ -122,7 +122,7 @@ mod tests {
     fn a_session_without_a_user_looks_whatever_the_settings_are() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let cookie = sessions.begin(None, now);
-        let session = sessions.of(&cookie, now).expect("it has begun");
+        let session = sessions.session(&cookie, now).expect("it has begun");
         let rights = SessionRights::of(&session, Some(&WebSettings::default()), now);
         assert_eq!(rights, SessionRights { role: WebRole::View, is_signed_out: false });
         let WebFailure(status, why) = rights.judge(&session, WebRole::Operate).unwrap_err();

@@ -115,7 +115,7 @@ impl WebSessions {
     }
 
     /// The session of the cookie of a request. Notes the time of the request.
-    pub fn of(&mut self, cookie: &str, now: Instant) -> Option<WebSession> {
+    pub fn session(&mut self, cookie: &str, now: Instant) -> Option<WebSession> {
         let session = self.all.get_mut(&hash_of(cookie)).filter(|session| session.is_alive(now))?;
         session.last = now;
         Some(session.clone())
@@ -195,20 +195,22 @@ mod tests {
     fn sessions_end_when_idle_when_too_old_or_on_request() {
         let (mut sessions, now) = (WebSessions::default(), Instant::now());
         let cookie = sessions.begin(None, now);
-        let known = sessions.of(&cookie, now).expect("it has begun");
+        let known = sessions.session(&cookie, now).expect("it has begun");
         assert!(known.has_token(&known.csrf) && !known.has_token("") && !known.has_token(&cookie));
-        assert!(sessions.of("", now).is_none() && sessions.of(&known.csrf, now).is_none());
-        assert!(sessions.of(&cookie, now + IDLE_MAX).is_none(), "without requests");
+        assert!(
+            sessions.session("", now).is_none() && sessions.session(&known.csrf, now).is_none()
+        );
+        assert!(sessions.session(&cookie, now + IDLE_MAX).is_none(), "without requests");
         let cookie = sessions.begin(None, now);
         let mut at = now;
         while at < now + AGE_MAX - IDLE_MAX / 2 {
-            assert!(sessions.of(&cookie, at).is_some());
+            assert!(sessions.session(&cookie, at).is_some());
             at += IDLE_MAX / 2;
         }
-        assert!(sessions.of(&cookie, now + AGE_MAX).is_none(), "with requests");
+        assert!(sessions.session(&cookie, now + AGE_MAX).is_none(), "with requests");
         let cookie = sessions.begin(None, now);
         sessions.end(&cookie);
-        assert!(sessions.of(&cookie, now).is_none());
+        assert!(sessions.session(&cookie, now).is_none());
     }
 
     #[test]
@@ -234,7 +236,7 @@ mod tests {
             assert_eq!(sessions.may_try("ben", now), Ok(()));
             now += TRIES_OVER;
         }
-        assert!(sessions.of(&ben, now).is_some());
+        assert!(sessions.session(&ben, now).is_some());
         assert_eq!(sessions.all.len(), SESSIONS_OF_USER_MAX + 1);
     }
 
@@ -245,7 +247,7 @@ mod tests {
         for second in 0..SESSIONS_MAX as u64 {
             sessions.begin(None, now + Duration::from_secs(second + 1));
         }
-        assert!(sessions.of(&first, now).is_none() && sessions.all.len() == SESSIONS_MAX);
+        assert!(sessions.session(&first, now).is_none() && sessions.all.len() == SESSIONS_MAX);
     }
 
     #[test]

@@ -150,7 +150,7 @@ impl WebSite {
     pub fn session(&self, cookie: &str) -> Option<WebSession> {
         let now = Instant::now();
         self.sign_out_idle(cookie, now);
-        let session = self.sessions().of(cookie, now)?;
+        let session = self.sessions().session(cookie, now)?;
         let stays = self.has_its_user(&session);
         if !stays {
             self.sessions().end(cookie);

@@ -53,7 +53,9 @@ pub const RULES: &[Rule] = &[
             "message-flow-edge-node-birth-publish-nbirth-payload-seq",
         ],
         |story| {
-            each(story.of(MessageKind::NodeBirth), "seq is not 0", |it| it.read().seq == Some(0))
+            each(story.published(MessageKind::NodeBirth), "seq is not 0", |it| {
+                it.read().seq == Some(0)
+            })
         },
     ),
     (
@@ -166,14 +168,14 @@ fn topics(story: &Story) -> Complaints {
 }
 
 fn plain(story: &Story, kind: MessageKind) -> Complaints {
-    let all = story.of(kind);
+    let all = story.published(kind);
     let mut wrong = some(&all, kind.name());
     wrong.extend(each(all, "not QoS 0, or retained", |sent| sent.qos == 0 && !sent.retain));
     wrong
 }
 
 fn numbers_rise(story: &Story) -> Complaints {
-    let mut wrong = some(&story.of(MessageKind::NodeData), "NDATA");
+    let mut wrong = some(&story.published(MessageKind::NodeData), "NDATA");
     for connection in &story.connections {
         let mut due = None;
         for sent in connection.sent() {
@@ -211,7 +213,7 @@ fn metrics_told_when(story: &Story) -> Complaints {
 }
 
 fn births_have_the_number(story: &Story) -> Complaints {
-    let mut wrong = some(&story.of(MessageKind::NodeBirth), "NBIRTH");
+    let mut wrong = some(&story.published(MessageKind::NodeBirth), "NBIRTH");
     for connection in &story.connections {
         let own = connection.connect.will.as_ref().and_then(bd_seq);
         let typed = |sent: &Published| {
@@ -226,16 +228,20 @@ fn births_have_the_number(story: &Story) -> Complaints {
 }
 
 fn births_have_rebirth(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeBirth), "no `Node Control/Rebirth`, Boolean, false", |sent| {
-        metric(&sent.read().metrics, vocabulary::REBIRTH).is_some_and(|metric| {
-            metric.datatype == Some(DataType::Boolean.number())
-                && metric.content == Some(MetricContent::Boolean(false))
-        })
-    })
+    each(
+        story.published(MessageKind::NodeBirth),
+        "no `Node Control/Rebirth`, Boolean, false",
+        |sent| {
+            metric(&sent.read().metrics, vocabulary::REBIRTH).is_some_and(|metric| {
+                metric.datatype == Some(DataType::Boolean.number())
+                    && metric.content == Some(MetricContent::Boolean(false))
+            })
+        },
+    )
 }
 
 fn rebirth_has_no_alias(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeBirth), "`Node Control/Rebirth` has an alias", |sent| {
+    each(story.published(MessageKind::NodeBirth), "`Node Control/Rebirth` has an alias", |sent| {
         metric(&sent.read().metrics, vocabulary::REBIRTH).is_none_or(|it| it.alias.is_none())
     })
 }
@@ -251,7 +257,7 @@ fn births_are_whole(story: &Story) -> Complaints {
         };
         metric.name.is_some() && has_value && fits
     };
-    each(story.of(MessageKind::NodeBirth), "a metric lacks name, type or value", |sent| {
+    each(story.published(MessageKind::NodeBirth), "a metric lacks name, type or value", |sent| {
         sent.read().metrics.iter().all(whole)
     })
 }
@@ -281,7 +287,7 @@ fn data_is_born(story: &Story) -> Complaints {
 }
 
 fn aliases_are_unique(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeBirth), "an alias stands for two metrics", |sent| {
+    each(story.published(MessageKind::NodeBirth), "an alias stands for two metrics", |sent| {
         let metrics = sent.read().metrics;
         let mut seen = HashSet::new();
         metrics.iter().filter_map(|metric| metric.alias).all(|alias| seen.insert(alias))
@@ -292,7 +298,7 @@ fn aliases_are_unique(story: &Story) -> Complaints {
 /// of the specification.
 fn births_have_names(story: &Story) -> Complaints {
     let own = [Some(vocabulary::BD_SEQ), Some(vocabulary::REBIRTH)];
-    each(story.of(MessageKind::NodeBirth), "a metric lacks its name or its alias", |sent| {
+    each(story.published(MessageKind::NodeBirth), "a metric lacks its name or its alias", |sent| {
         sent.read().metrics.iter().all(|metric| {
             let has_alias = metric.alias.is_some() || own.contains(&metric.name.as_deref());
             metric.name.is_some() && has_alias
@@ -301,7 +307,7 @@ fn births_have_names(story: &Story) -> Complaints {
 }
 
 fn data_is_short(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeData), "a metric with its name or type", |sent| {
+    each(story.published(MessageKind::NodeData), "a metric with its name or type", |sent| {
         let short = |metric: &Metric| {
             metric.alias.is_some() && metric.name.is_none() && metric.datatype.is_none()
         };
@@ -348,11 +354,13 @@ fn in_order(story: &Story) -> Complaints {
 
 /// Each NDATA has metrics; the heartbeat is a metric that changes.
 fn tells_changes(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeData), "tells nothing", |sent| !sent.read().metrics.is_empty())
+    each(story.published(MessageKind::NodeData), "tells nothing", |sent| {
+        !sent.read().metrics.is_empty()
+    })
 }
 
 fn names_differ(story: &Story) -> Complaints {
-    each(story.of(MessageKind::NodeBirth), "two names differ in case alone", |sent| {
+    each(story.published(MessageKind::NodeBirth), "two names differ in case alone", |sent| {
         let metrics = sent.read().metrics;
         let mut seen = HashSet::new();
         metrics
@@ -378,7 +386,7 @@ fn properties_are_whole(story: &Story) -> Complaints {
             set.keys.len() == set.values.len() && typed
         })
     };
-    each(story.of(MessageKind::NodeBirth), "properties without values or types", |sent| {
+    each(story.published(MessageKind::NodeBirth), "properties without values or types", |sent| {
         sent.read().metrics.iter().all(fits)
     })
 }
@@ -386,7 +394,7 @@ fn properties_are_whole(story: &Story) -> Complaints {
 /// All NDEATHs: the published ones and the wills.
 fn deaths(story: &Story) -> Vec<&Published> {
     let wills = story.connections.iter().filter_map(|it| it.connect.will.as_ref());
-    story.of(MessageKind::NodeDeath).into_iter().chain(wills).collect()
+    story.published(MessageKind::NodeDeath).into_iter().chain(wills).collect()
 }
 
 fn deaths_are_short(story: &Story) -> Complaints {

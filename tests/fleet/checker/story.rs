@@ -63,7 +63,7 @@ impl Story {
     }
 
     /// The sent messages of one kind.
-    pub fn of(&self, kind: MessageKind) -> Vec<&Published> {
+    pub fn published(&self, kind: MessageKind) -> Vec<&Published> {
         self.sent().map(|(_, sent)| sent).filter(|sent| sent.kind() == Some(kind)).collect()
     }
 

@@ -94,7 +94,7 @@ impl ChangeFollower {
         recording: &Recording,
         at: usize,
     ) -> Result<Arc<LoggedProgram>, LookFailure> {
-        self.playback.programs.of(recording.program(at)).map_err(LookFailure::Unusable)
+        self.playback.programs.program(recording.program(at)).map_err(LookFailure::Unusable)
     }
 
     fn section(

@@ -123,7 +123,7 @@ impl ChangeHistory {
 
     fn section(&mut self, at: usize) -> Result<(Arc<LoggedProgram>, TapeSection), String> {
         let recorded = Arc::clone(self.playback.recording().program(at));
-        let program = self.playback.programs.of(&recorded)?;
+        let program = self.playback.programs.program(&recorded)?;
         let section = self.playback.section(at).map_err(|why: Unplayable| why.to_string())?;
         Ok((program, section))
     }

@@ -74,7 +74,10 @@ impl LoggedPrograms {
     ///
     /// # Errors
     /// This version of rungd cannot load it.
-    pub fn of(&mut self, recorded: &Arc<RecordedProgram>) -> Result<Arc<LoggedProgram>, String> {
+    pub fn program(
+        &mut self,
+        recorded: &Arc<RecordedProgram>,
+    ) -> Result<Arc<LoggedProgram>, String> {
         let is_it = |known_program: &Arc<RecordedProgram>| {
             Arc::ptr_eq(known_program, recorded) || known_program == recorded
         };
@@ -95,6 +98,6 @@ impl MakeEngine for LoggedPrograms {
     type Engine = Engine;
 
     fn engine(&mut self, program: &Arc<RecordedProgram>) -> Result<Engine, String> {
-        Ok(self.of(program)?.playable.engine())
+        Ok(self.program(program)?.playable.engine())
     }
 }

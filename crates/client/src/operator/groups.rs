@@ -71,7 +71,7 @@ fn of_block(id: BlockId, block: &Block) -> Members {
     let name = |member: &str| format!("{}.{member}", block.name);
     let own = block.kind.bits().iter();
     let mut members: Members =
-        own.map(|bit| (name(bit.name()), Address::Bit(bit.of(id)))).collect();
+        own.map(|bit| (name(bit.name()), Address::Bit(bit.bit_of(id)))).collect();
     let stages = block.stages.iter();
     members.extend(stages.map(|stage| (name(&stage.name), Address::Bit(Bit::Stage(stage.id)))));
     members

@@ -87,7 +87,7 @@ impl LogSettings {
     /// The changes from these settings to `new` that a reload applies, one per line.
     pub fn changes(&self, new: &LogSettings) -> Vec<String> {
         let level =
-            |settings: &LogSettings, event| settings.levels.of(event).map_or("off", Level::name);
+            |settings: &LogSettings, event| settings.levels.level(event).map_or("off", Level::name);
         let mut said = vec![
             ("log of blocks".to_owned(), BLOCKS.word(self.blocks), BLOCKS.word(new.blocks)),
             ("time of the log".to_owned(), TIMES.word(self.time), TIMES.word(new.time)),
@@ -262,10 +262,10 @@ mod tests {
         assert!(found.is_empty(), "{found:?}");
         let LogSettings { statistics_ms, blocks, time, levels } = settings;
         assert_eq!((statistics_ms, blocks, time), (7_000, BlockLines::Programs, LogTime::Local));
-        assert_eq!(levels.of(&events::TAG_VALUE), Some(Level::Debug));
-        assert_eq!(levels.of(&events::STAGE_ON), None);
-        assert_eq!(levels.of(&events::MODE_STOP), Some(Level::Error));
-        assert_eq!(levels.of(&events::ALARM_ON), Some(Level::Warn));
+        assert_eq!(levels.level(&events::TAG_VALUE), Some(Level::Debug));
+        assert_eq!(levels.level(&events::STAGE_ON), None);
+        assert_eq!(levels.level(&events::MODE_STOP), Some(Level::Error));
+        assert_eq!(levels.level(&events::ALARM_ON), Some(Level::Warn));
     }
 
     #[test]

@@ -313,7 +313,7 @@ impl Flag {
 
 impl BlockBit {
     /// The bit of a certain block.
-    pub fn of(self, block: BlockId) -> Bit {
+    pub fn bit_of(self, block: BlockId) -> Bit {
         match self {
             BlockBit::Running => Bit::Running(block),
             BlockBit::Done => Bit::Done(block),

@@ -49,7 +49,7 @@ impl<T: Copy + PartialEq> CellIndex<T> {
     }
 
     /// The things that touch a cell: a word with its bits, and a bit with its word.
-    pub fn of(&self, cell: Cell) -> Vec<T> {
+    pub fn entries(&self, cell: Cell) -> Vec<T> {
         let more = match cell {
             Cell::Bit(_) => None,
             Cell::Word(word) => self.bits.get(&word),

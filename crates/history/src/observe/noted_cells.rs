@@ -26,7 +26,7 @@ pub(super) struct CellChange {
 impl CellChange {
     /// The change of a cell; `None` if this is of a different cell. A change of a word may be one
     /// of its bit.
-    pub fn of(&self, cell: Cell) -> Option<CellChange> {
+    pub fn cell_change(&self, cell: Cell) -> Option<CellChange> {
         let Cell::WordBit(bit) = cell else { return (self.cell == cell).then_some(*self) };
         let [before, after] = [self.before, self.after].map(|held| i32::from(bit.is_on(held)));
         let is_change = self.cell == Cell::Word(bit.word) && before != after;

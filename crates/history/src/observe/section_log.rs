@@ -39,6 +39,6 @@ impl SectionLog {
         let end = (before.entry, before.step);
         let end = self.changes.partition_point(|c| (c.entry as usize, c.step) < end);
         let changes = self.changes[..end].iter().rev();
-        changes.filter_map(|change| change.of(cell)).find(|change| is(change))
+        changes.filter_map(|change| change.cell_change(cell)).find(|change| is(change))
     }
 }

@@ -199,7 +199,7 @@ impl Subject {
 
     /// The steps that may write a cell: operations, then passes, then turns.
     pub(super) fn writers(&self, cell: Cell) -> Vec<ScanStep> {
-        self.writers.of(cell)
+        self.writers.entries(cell)
     }
 
     /// Whether a step of the program may write a cell.

@@ -74,11 +74,11 @@ impl Subject {
 
 impl ProgramUses<'_> {
     /// The uses of some cells, each place once.
-    pub fn of(&self, cells: &[Cell]) -> CellUses {
+    pub fn of_cells(&self, cells: &[Cell]) -> CellUses {
         let mut uses = CellUses::default();
         let mut deeds: Vec<ScanStep> =
             cells.iter().flat_map(|cell| self.subject.writers(*cell)).collect();
-        let mut sites: Vec<u32> = cells.iter().flat_map(|cell| self.reads.of(*cell)).collect();
+        let mut sites: Vec<u32> = cells.iter().flat_map(|cell| self.reads.entries(*cell)).collect();
         deeds.sort_unstable_by_key(order);
         deeds.dedup();
         sites.sort_unstable();
@@ -113,7 +113,7 @@ impl ProgramUses<'_> {
 
     /// The parts of rungs that read a cell.
     pub fn reading_parts(&self, cell: Cell) -> Vec<u32> {
-        self.reads.of(cell).into_iter().map(|at| self.sites[at as usize].part).collect()
+        self.reads.entries(cell).into_iter().map(|at| self.sites[at as usize].part).collect()
     }
 
     fn write(&self, part: u32, number: u32, is_reset: bool) -> Option<WriteUse> {

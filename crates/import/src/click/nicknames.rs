@@ -59,7 +59,7 @@ impl ClickNicknames {
     }
 
     /// What is said of an address.
-    pub(super) fn of(&self, bank: &str, number: u32) -> Option<&ClickNickname> {
+    pub(super) fn nickname(&self, bank: &str, number: u32) -> Option<&ClickNickname> {
         self.all.get(&format!("{bank}{number}"))
     }
 

@@ -75,7 +75,7 @@ impl ClickMemory {
     /// The tag of an address that the ladder names for the first time.
     fn declared(&mut self, bank: &Bank, number: u32) -> ProjectTag {
         let Bank { name, kind, .. } = bank;
-        let known = self.nicknames.of(name, number).cloned().unwrap_or_default();
+        let known = self.nicknames.nickname(name, number).cloned().unwrap_or_default();
         let address = format!("{name}{number}");
         let wish = match known.nickname.is_empty() {
             true => format!("{}_{number}", name.to_lowercase()),

@@ -124,7 +124,7 @@ fn prescan_template(
 ) -> Option<ProjectTemplate> {
     let home = memory.scopes[scope].home;
     let tags: Vec<&ProjectTag> = memory.homes[home].iter().collect();
-    let begun = prescan.of(scope, &tags);
+    let begun = prescan.texts(scope, &tags);
     (!begun.is_empty()).then(|| ProjectTemplate {
         name: memory.names.fresh(&format!("{}_prescan", template.name)),
         doc: format!("What Logix does with {} before its first scan.", template.name),

@@ -82,7 +82,7 @@ impl Prescan {
     }
 
     /// The instructions of a scope, each once.
-    pub(crate) fn of(&self, scope: usize, tags: &[&ProjectTag]) -> Vec<String> {
+    pub(crate) fn texts(&self, scope: usize, tags: &[&ProjectTag]) -> Vec<String> {
         let begins_on = |place: &TouchedPlace| {
             tags.iter()
                 .any(|tag| tag.initial.is_some() && TouchedPlace::of(&tag.name).overlaps(place))

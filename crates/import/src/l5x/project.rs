@@ -365,7 +365,7 @@ impl Begins<'_> {
             let tags: Vec<&ProjectTag> =
                 homes.iter().flat_map(|home| &self.memory.homes[*home]).collect();
             let name = kebab_name(&self.memory.scopes[*scope].name);
-            let texts = self.prescan.of(*scope, &tags);
+            let texts = self.prescan.texts(*scope, &tags);
             if !texts.is_empty() {
                 first.push(rung(&format!("prescan-{name}"), texts));
             }

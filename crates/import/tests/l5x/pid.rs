@@ -241,23 +241,23 @@ struct Loop {
 }
 
 impl Loop {
-    fn of(&self, name: &str) -> f64 {
+    fn value(&self, name: &str) -> f64 {
         self.members.iter().find(|(own, _)| *own == name).map_or(0.0, |(_, value)| *value)
     }
 
     fn is(&self, name: &str) -> bool {
-        self.of(name) != 0.0
+        self.value(name) != 0.0
     }
 
     /// The output behind a step with a process variable; `by_hand`: the set output.
     fn step(&mut self, pv: f64, by_hand: Option<f64>) -> f64 {
-        let (kp, mut ki, mut kd) = (self.of("KP"), self.of("KI"), self.of("KD"));
+        let (kp, mut ki, mut kd) = (self.value("KP"), self.value("KI"), self.value("KD"));
         if self.is("PE") {
             ki = if ki > 0.0 { kp / (60.0 * ki) } else { 0.0 };
             kd *= kp * 60.0;
         }
         let sign = if self.is("CA") { -1.0 } else { 1.0 };
-        let error = sign * (self.of("SP") - pv);
+        let error = sign * (self.value("SP") - pv);
         let level = if self.is("DOE") { error } else { -sign * pv };
         if !self.is_begun {
             (self.filter, self.level, self.error) = (level, level, error);
@@ -271,7 +271,8 @@ impl Loop {
             }
         };
         self.filter = if self.is("NDF") { level } else { level - derivative / 16.0 };
-        let is_within = self.of("DB") > 0.0 && error.abs() <= self.of("DB") && by_hand.is_none();
+        let is_within =
+            self.value("DB") > 0.0 && error.abs() <= self.value("DB") && by_hand.is_none();
         let is_crossed = error * self.error <= 0.0;
         self.is_held = is_within && (self.is("NOZC") || self.is_held || is_crossed);
         let rest = kp * error + derivative;

@@ -56,7 +56,7 @@ impl BoundModbusServer {
         patience: Duration,
     ) -> io::Result<BoundModbusServer> {
         let listener = TcpListener::bind(settings.listen).await?;
-        for (x, on) in maps.of(0).first_inputs(&port.latest()) {
+        for (x, on) in maps.of_generation(0).first_inputs(&port.latest()) {
             port.set_input(x, on);
         }
         let write_wait = patience.max(WRITE_WAIT_LEAST);

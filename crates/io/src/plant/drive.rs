@@ -45,7 +45,7 @@ impl PlantDrive {
     /// Takes the device's first step at once, before the first scan, so that this scan sees its
     /// inputs.
     pub fn new(programs: Generations<Rules>, port: Port) -> PlantDrive {
-        let first = programs.of(0);
+        let first = programs.of_generation(0);
         let (device, layout) = (RuleSet::new(&first.rules), first.layout.clone());
         let mut drive =
             PlantDrive { device, programs, generation: 0, layout, port, started: Instant::now() };

@@ -49,10 +49,14 @@ fn a_bit_switches_a_lag_that_starts_at_its_initial_value() {
     let told = ["#oven.out", "#cooler.out", "hot.out"];
     let mut bench = bench(parts, &["oven.in"], &told);
     bench.run(3000, &[(100, "oven.in", 1), (1000, "oven.in", 0)]);
-    assert_eq!(bench.of("oven.out")[0], (0, 520), "a tick shrinks the distance by a thousandth");
+    assert_eq!(
+        bench.changes_of("oven.out")[0],
+        (0, 520),
+        "a tick shrinks the distance by a thousandth"
+    );
     // The first tick covers 63.2 % of the way to -100, a tick after the input.
-    assert_eq!(bench.of("cooler.out")[..4], [(0, 0), (101, -63), (102, -86), (103, -95)]);
-    assert_eq!(bench.of("hot.out").len(), 3);
+    assert_eq!(bench.changes_of("cooler.out")[..4], [(0, 0), (101, -63), (102, -86), (103, -95)]);
+    assert_eq!(bench.changes_of("hot.out").len(), 3);
 }
 
 #[test]

@@ -100,7 +100,7 @@ impl Bench {
         }
     }
 
-    pub fn of(&self, point: &str) -> Vec<(u64, i32)> {
+    pub fn changes_of(&self, point: &str) -> Vec<(u64, i32)> {
         self.changes.get(point).cloned().unwrap_or_default()
     }
 
@@ -117,7 +117,7 @@ fn a_delay_ignores_inputs_shorter_than_its_time() {
     let on_for = |from, to| [(from, "door.in", 1), (to, "door.in", 0)];
     bench.run(300, &[on_for(5, 34), on_for(50, 80), on_for(100, 200)].concat());
     // An input of 29 ms has no effect. Neither has one of 30 ms, because it ends with the delay.
-    assert_eq!(bench.of("door.out"), [(0, 0), (130, 1), (210, 0)]);
+    assert_eq!(bench.changes_of("door.out"), [(0, 0), (130, 1), (210, 0)]);
 }
 
 #[test]
@@ -127,8 +127,8 @@ fn a_motor_answers_and_trips_until_it_is_reset() {
     let trip = [(500, "m.trip", 1), (510, "m.trip", 0)];
     let reset = [(800, "m.reset", 1), (810, "m.reset", 0)];
     bench.run(1000, &[&[(100, "m.run", 1)][..], &trip, &reset].concat());
-    assert_eq!(bench.of("m.running"), [(0, 0), (160, 1), (540, 0), (860, 1)]);
-    assert_eq!(bench.of("m.tripped"), [(0, 0), (500, 1), (800, 0)]);
+    assert_eq!(bench.changes_of("m.running"), [(0, 0), (160, 1), (540, 0), (860, 1)]);
+    assert_eq!(bench.changes_of("m.tripped"), [(0, 0), (500, 1), (800, 0)]);
 }
 
 #[test]
@@ -136,7 +136,7 @@ fn a_motor_without_a_reset_input_recovers_after_a_trip() {
     let parts = r#"part = [{ name = "m", kind = "motor" }]"#;
     let mut bench = bench(parts, &["m.run", "m.trip"], &["m.running"]);
     bench.run(50, &[(1, "m.run", 1), (10, "m.trip", 1), (20, "m.trip", 0)]);
-    assert_eq!(bench.of("m.running"), [(0, 0), (1, 1), (10, 0), (20, 1)]);
+    assert_eq!(bench.changes_of("m.running"), [(0, 0), (1, 1), (10, 0), (20, 1)]);
 }
 
 const BELT: &str = r#"part = [{ name = "belt", kind = "conveyor", length = 1000, speed = 500,
@@ -149,10 +149,10 @@ fn parts_pass_the_eyes_of_a_belt() {
     // first tick.
     bench.run(3200, &[(10, "belt.run", 1)]);
     let eye = [(0, 0), (1010, 1), (1210, 0), (2010, 1), (2210, 0), (3010, 1)];
-    assert_eq!(bench.of("belt.eye"), eye);
+    assert_eq!(bench.changes_of("belt.eye"), eye);
     // 990 mm take 1980 ticks; the part leaves at the end of the belt.
-    assert_eq!(bench.of("belt.exit"), [(0, 0), (1990, 1), (2010, 0), (2990, 1), (3010, 0)]);
-    assert_eq!(bench.of("belt.parts"), [(0, 0), (10, 1), (1010, 2)]);
+    assert_eq!(bench.changes_of("belt.exit"), [(0, 0), (1990, 1), (2010, 0), (2990, 1), (3010, 0)]);
+    assert_eq!(bench.changes_of("belt.parts"), [(0, 0), (10, 1), (1010, 2)]);
 }
 
 #[test]
@@ -160,14 +160,14 @@ fn a_part_stops_where_the_belt_stops() {
     let mut bench = bench(BELT, &["belt.run"], &["belt.eye"]);
     let script = [(0, "belt.run", 1), (1100, "belt.run", 0), (5000, "belt.run", 1)];
     bench.run(5200, &script);
-    assert_eq!(bench.of("belt.eye"), [(0, 0), (1000, 1), (5100, 0)]);
+    assert_eq!(bench.changes_of("belt.eye"), [(0, 0), (1000, 1), (5100, 0)]);
 }
 
 #[test]
 fn a_belt_at_half_speed_takes_twice_as_long() {
     let mut bench = bench(BELT, &["#belt.run"], &["belt.eye"]);
     bench.run(2000, &[(0, "belt.run", 500)]);
-    assert_eq!(bench.of("belt.eye"), [(0, 0), (2000, 1)]);
+    assert_eq!(bench.changes_of("belt.eye"), [(0, 0), (2000, 1)]);
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn a_jam_holds_the_parts_while_the_belt_runs() {
     let mut bench = bench(BELT, &["belt.run", "belt.jam"], &["belt.eye"]);
     let script = [(0, "belt.run", 1), (1100, "belt.jam", 1), (9000, "belt.jam", 0)];
     bench.run(9300, &script);
-    assert_eq!(bench.of("belt.eye"), [(0, 0), (1000, 1), (9100, 0)]);
+    assert_eq!(bench.changes_of("belt.eye"), [(0, 0), (1000, 1), (9100, 0)]);
 }
 
 #[test]
@@ -188,9 +188,9 @@ fn a_part_that_leaves_a_belt_enters_the_next_belt() {
     let fed = |at| [(at, "a.feed", 1), (at + 5, "a.feed", 0)];
     // The second part would lie on the first one, so it is left out.
     bench.run(400, &[&[(0, "a.run", 1)][..], &fed(10), &fed(20), &fed(50)].concat());
-    assert_eq!(bench.of("a.parts"), [(0, 0), (10, 1), (50, 2), (110, 1), (150, 0)]);
-    assert_eq!(bench.of("b.parts"), [(0, 0), (111, 1), (151, 2), (211, 1), (251, 0)]);
-    assert_eq!(bench.of("b.eye"), [(0, 0), (161, 1), (181, 0), (201, 1), (221, 0)]);
+    assert_eq!(bench.changes_of("a.parts"), [(0, 0), (10, 1), (50, 2), (110, 1), (150, 0)]);
+    assert_eq!(bench.changes_of("b.parts"), [(0, 0), (111, 1), (151, 2), (211, 1), (251, 0)]);
+    assert_eq!(bench.changes_of("b.eye"), [(0, 0), (161, 1), (181, 0), (201, 1), (221, 0)]);
 }
 
 const TANK: &str = r#"part = [{ name = "tank", kind = "tank", capacity = 100, initial = 10,
@@ -208,12 +208,12 @@ fn a_tank_fills_drains_and_overflows() {
     ];
     bench.run(13_000, &script);
     // From 10 to 20 at 40 per second takes 250 ticks: until the tick at 250 ms.
-    assert_eq!(bench.of("tank.low"), [(0, 0), (250, 1), (8001, 0)]);
-    assert_eq!(bench.of("tank.high"), [(0, 0), (1750, 1), (5001, 0)]);
+    assert_eq!(bench.changes_of("tank.low"), [(0, 0), (250, 1), (8001, 0)]);
+    assert_eq!(bench.changes_of("tank.high"), [(0, 0), (1750, 1), (5001, 0)]);
     // The tank overflows while more flows in than out.
-    assert_eq!(bench.of("tank.overflow"), [(0, 0), (2251, 1), (4001, 0)]);
-    assert_eq!(bench.of("tank.empty"), [(0, 0), (9000, 1)]);
-    let levels = bench.of("tank.level");
+    assert_eq!(bench.changes_of("tank.overflow"), [(0, 0), (2251, 1), (4001, 0)]);
+    assert_eq!(bench.changes_of("tank.empty"), [(0, 0), (9000, 1)]);
+    let levels = bench.changes_of("tank.level");
     assert_eq!(levels[..3], [(0, 10), (25, 11), (50, 12)]);
     assert!(levels.contains(&(2250, 100)) && bench.now("tank.level") == 0);
 }
@@ -227,7 +227,7 @@ fn liquid_that_leaves_a_tank_enters_the_next_tank() {
     bench.run(5000, &[(1, "a.drain", 500), (1001, "a.drain", 2000)]);
     assert_eq!((bench.now("a.level"), bench.now("b.level")), (0, 60));
     // Half open, fully open (a larger command opens no further), empty.
-    assert_eq!(bench.of("a.outflow"), [(0, 0), (1, 500), (1001, 1000), (1701, 0)]);
+    assert_eq!(bench.changes_of("a.outflow"), [(0, 0), (1, 500), (1001, 1000), (1701, 0)]);
 }
 
 #[test]
@@ -244,14 +244,14 @@ fn several_pumps_share_the_rate_of_their_tank_equally() {
         bench(parts, &["p1.run", "p2.run", "p3.run"], &["#well.level", "#well.outflow"]);
     let open = [(1, "p1.run", 1), (1001, "p2.run", 1), (2001, "p3.run", 1)];
     bench.run(4000, &open);
-    let levels = bench.of("well.level");
+    let levels = bench.changes_of("well.level");
     let at = |ms: u64| levels.iter().rev().find(|(at, _)| *at <= ms).expect("a level").1;
     // The inflow is 50 per second, from a signal beyond fully open, and 100 with the third pump.
     // The outflow is 100 per pump, in whole thousandths. A motor's answer reaches the tank a
     // millisecond later.
     assert_eq!([1, 1001, 2001, 3001].map(at), [900, 850, 700, 500]);
     let flows = [(0, 0), (2, 333), (1002, 666), (2002, 1000)];
-    assert_eq!(bench.of("well.outflow"), flows);
+    assert_eq!(bench.changes_of("well.outflow"), flows);
 }
 
 #[test]
@@ -267,9 +267,9 @@ fn a_sensor_has_thresholds_delays_and_a_signal() {
     let mut bench = bench(&parts, &["tank.fill", "tank.drain"], &told);
     bench.run(4000, &[(1, "tank.fill", 1), (1501, "tank.fill", 0), (1501, "tank.drain", 1)]);
     // The level is 50 at 1000 ms, measured a tick later; 70 at 1500 ms; below 40 after 3000 ms.
-    assert_eq!(bench.of("float.out"), [(0, 0), (1101, 1), (3102, 0)]);
-    assert_eq!(bench.of("dry.out"), [(0, 1), (126, 0)]);
-    assert_eq!(bench.of("float.value")[..3], [(0, 5600), (26, 5760), (51, 5920)]);
+    assert_eq!(bench.changes_of("float.out"), [(0, 0), (1101, 1), (3102, 0)]);
+    assert_eq!(bench.changes_of("dry.out"), [(0, 1), (126, 0)]);
+    assert_eq!(bench.changes_of("float.value")[..3], [(0, 5600), (26, 5760), (51, 5920)]);
 }
 
 #[test]
@@ -278,7 +278,10 @@ fn sensors_measure_initial_values_in_the_first_step() {
     let parts = format!("{},{sensor}", TANK.trim_end_matches(']'));
     let mut bench = bench(&parts, &[], &["#gauge.value", "gauge.out"]);
     bench.run(5, &[]);
-    assert_eq!((bench.of("gauge.value"), bench.of("gauge.out")), (vec![(0, 10)], vec![(0, 1)]));
+    assert_eq!(
+        (bench.changes_of("gauge.value"), bench.changes_of("gauge.out")),
+        (vec![(0, 10)], vec![(0, 1)])
+    );
 }
 
 #[test]
@@ -288,8 +291,11 @@ fn pulses_occur_only_while_enabled() {
         { name = "always", kind = "pulse", pulse = "1ms", every = "100ms" }]"#;
     let mut bench = bench(parts, &["meter.run"], &["meter.out", "always.out"]);
     bench.run(205, &[(100, "meter.run", 1), (165, "meter.run", 0)]);
-    assert_eq!(bench.of("meter.out"), [(0, 0), (110, 1), (130, 0), (160, 1), (165, 0)]);
-    assert_eq!(bench.of("always.out"), [(0, 1), (1, 0), (100, 1), (101, 0), (200, 1), (201, 0)]);
+    assert_eq!(bench.changes_of("meter.out"), [(0, 0), (110, 1), (130, 0), (160, 1), (165, 0)]);
+    assert_eq!(
+        bench.changes_of("always.out"),
+        [(0, 1), (1, 0), (100, 1), (101, 0), (200, 1), (201, 0)]
+    );
 }
 
 fn with_fault(parts: &str, fault: &str) -> String {
@@ -311,7 +317,7 @@ fn a_stuck_eye_stays_on_off_or_unchanged() {
         let mut bench = bench(&parts, &["belt.run", "fault.eye"], &["belt.eye"]);
         let fault = [(from_ms, "fault.eye", 1), (from_ms + 400, "fault.eye", 0)];
         bench.run(1900, &[&[(0, "belt.run", 1)][..], &fault].concat());
-        assert_eq!(bench.of("belt.eye"), changes, "{kind} from {from_ms} on");
+        assert_eq!(bench.changes_of("belt.eye"), changes, "{kind} from {from_ms} on");
     }
 }
 
@@ -320,7 +326,7 @@ fn a_stuck_word_stays_at_the_value_of_its_fault() {
     let fault = r#"{ name = "wire", point = "tank.level", kind = "stuck", value = -1 }"#;
     let mut bench = bench(&with_fault(TANK, fault), &["fault.wire"], &["#tank.level"]);
     bench.run(30, &[(10, "fault.wire", 1), (20, "fault.wire", 0)]);
-    assert_eq!(bench.of("tank.level"), [(0, 10), (10, -1), (20, 10)]);
+    assert_eq!(bench.changes_of("tank.level"), [(0, 10), (10, -1), (20, 10)]);
 }
 
 #[test]
@@ -340,7 +346,7 @@ fn a_delayed_sensor_shows_earlier_values() {
     let fault = r#"{ name = "late", point = "belt.eye", kind = "late", by = "70ms" }"#;
     let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.late"], &["belt.eye"]);
     bench.run(1500, &[(0, "belt.run", 1), (300, "fault.late", 1)]);
-    assert_eq!(bench.of("belt.eye"), [(0, 0), (1070, 1), (1270, 0)]);
+    assert_eq!(bench.changes_of("belt.eye"), [(0, 0), (1070, 1), (1270, 0)]);
 }
 
 #[test]
@@ -351,7 +357,7 @@ fn noise_stays_within_its_amplitude_and_follows_its_seed() {
         let parts = format!("{}\n{seed}", with_fault(TANK, fault));
         let mut bench = bench(&parts, &["fault.noise"], &["#tank.level"]);
         bench.run(2000, &[(0, "fault.noise", 1), (1990, "fault.noise", 0)]);
-        bench.of("tank.level")
+        bench.changes_of("tank.level")
     };
     let levels = noise("seed = 7");
     assert!(levels.iter().all(|(at_ms, level)| (7..=13).contains(level) && at_ms % 10 == 0));
@@ -365,7 +371,7 @@ fn a_bouncing_contact_is_on_about_half_the_time() {
     let fault = r#"{ name = "loose", point = "belt.eye", kind = "noisy", every = "5ms" }"#;
     let mut bench = bench(&with_fault(BELT, fault), &["belt.run", "fault.loose"], &["belt.eye"]);
     bench.run(4999, &[(0, "fault.loose", 1)]);
-    let changes = bench.of("belt.eye").len();
+    let changes = bench.changes_of("belt.eye").len();
     assert!((400..600).contains(&changes), "{changes} of 1000");
 }
 
@@ -395,7 +401,7 @@ fn a_part_of_the_plant_can_trigger_a_fault() {
 fault = [{ name = "lamp", point = "lamp.out", kind = "stuck-off", when = "wear.out" }]"#;
     let mut bench = bench(parts, &["lamp.in"], &["lamp.out"]);
     bench.run(4000, &[(0, "lamp.in", 1)]);
-    assert_eq!(bench.of("lamp.out"), [(0, 1), (2001, 0), (3001, 1)]);
+    assert_eq!(bench.changes_of("lamp.out"), [(0, 1), (2001, 0), (3001, 1)]);
 }
 
 #[test]

@@ -56,7 +56,7 @@ impl<'a> CrossReferenceIndex<'a> {
     ///
     /// # Errors
     /// A sentence for people: the name is unknown.
-    pub fn of(&self, name: &str) -> Result<CrossReference, String> {
+    pub fn reference(&self, name: &str) -> Result<CrossReference, String> {
         Ok(self.of_wanted(&AskedOperand::named(self.program(), name)?))
     }
 
@@ -82,7 +82,7 @@ impl<'a> CrossReferenceIndex<'a> {
         let blocks = program.blocks.iter().map(|block| Cow::Borrowed(block.name.as_str()));
         let mut seen = HashSet::new();
         let names = names.chain(blocks).filter(|name| seen.insert(name.clone()));
-        names.filter_map(|name| self.of(&name).ok()).collect()
+        names.filter_map(|name| self.reference(&name).ok()).collect()
     }
 
     fn program(&self) -> &Program {
@@ -91,7 +91,7 @@ impl<'a> CrossReferenceIndex<'a> {
 
     fn of_wanted(&self, wanted: &AskedOperand) -> CrossReference {
         let cells = cells_of(self.subject, wanted);
-        let uses = self.uses.of(&cells);
+        let uses = self.uses.of_cells(&cells);
         let touches = |touched: &[Cell]| touched.iter().any(|cell| cells.contains(cell));
         let tests =
             self.tests.iter().filter(|(_, touched)| touches(touched)).map(|(touch, _)| *touch);

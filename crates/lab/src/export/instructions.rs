@@ -89,7 +89,7 @@ impl RungExport<'_, '_> {
             return Err(ExportRefusal::new(instruction.span, what, refusal::NOT_YET));
         }
         let bit = self.memory.variable(Address::Bit(bit));
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         let mnemonic = instruction.mnemonic;
         if let Some((_, action)) = COILS.into_iter().find(|(coil, _)| *coil == mnemonic) {
             self.coil(action, power, &bit);
@@ -136,7 +136,7 @@ impl RungExport<'_, '_> {
                 StoredValue::Formula(self.formula(&calculation(a, b, operator), span)?)
             }
         };
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         match place {
             WordPlace::Word(word) => self.store_value(word, value, power),
             WordPlace::Element(element) => {
@@ -159,7 +159,7 @@ impl RungExport<'_, '_> {
     ) -> Result<(), ExportRefusal> {
         let span = instruction.span;
         let Some(calculation) = &instruction.calculation else { return Ok(()) };
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         let target: FormulaTarget = instruction.operands.required("target");
         let index =
             calculation.index.as_ref().map(|index| self.formula(index, span)).transpose()?;

@@ -60,7 +60,7 @@ impl RungExport<'_, '_> {
             CallInput { pin: "Preset", source: preset },
             CallInput { pin: "Elapsed", source: elapsed },
         ];
-        let leg = |name| CallSource::Power(legs.of(name));
+        let leg = |name| CallSource::Power(legs.leg(name));
         let has_enable = instruction.mnemonic.spec().legs.contains(&LegName::En);
         let main = if has_enable { LegName::En } else { LegName::When };
         inputs.insert(0, CallInput { pin: "Leg", source: leg(main) });
@@ -85,7 +85,7 @@ impl RungExport<'_, '_> {
         legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let block = owned.block;
-        let leg = |name| CallSource::Power(legs.of(name));
+        let leg = |name| CallSource::Power(legs.leg(name));
         let mut inputs = Vec::new();
         let pins = [("Up", LegName::Up), ("Dn", LegName::Dn), ("Rst", LegName::Rst)];
         for (pin, name) in pins.into_iter().filter(|(pin, _)| block.has_input(pin)) {
@@ -162,7 +162,7 @@ impl RungExport<'_, '_> {
         let Some(structure) = structure.map(|located| located.value) else { return Ok(()) };
         let owner = self.facts.owners.get(&structure).copied();
         let Some(owner) = owner else { return Ok(()) };
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         let value = self.reset_value(owner)?;
         for (flag, _) in FLAGS {
             let bit = Bit::Flag(structure, flag);

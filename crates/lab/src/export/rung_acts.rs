@@ -83,7 +83,7 @@ pub(super) struct LegPower {
 
 impl InstructionLegs {
     /// The power of a leg; an open end, if the instruction has no such leg.
-    pub(super) fn of(&self, name: LegName) -> NetworkPower {
+    pub(super) fn leg(&self, name: LegName) -> NetworkPower {
         let found = self.0.iter().find(|leg| leg.name == name);
         found.map_or(NetworkPower::Constant(false), |leg| leg.power.clone())
     }

@@ -44,7 +44,7 @@ impl RungExport<'_, '_> {
         let enabled = flag(if is_up { Flag::Cu } else { Flag::Cd });
         let power = |bit: &str| CallSource::Power(on(bit));
         let inputs = vec![
-            CallInput { pin: "Leg", source: CallSource::Power(legs.of(LegName::When)) },
+            CallInput { pin: "Leg", source: CallSource::Power(legs.leg(LegName::When)) },
             CallInput { pin: "Ov", source: power(&over) },
             CallInput { pin: "Un", source: power(&under) },
             CallInput { pin: "Pre", source: CallSource::Variable(preset) },
@@ -69,7 +69,7 @@ impl RungExport<'_, '_> {
     /// RES.
     pub(super) fn sensaphone_reset(&mut self, instruction: &Instruction, legs: &InstructionLegs) {
         let counter: Structure = instruction.operands.required("n");
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         self.store(Word::Acc(counter), number(0), power.clone());
         for flag in FLAGS {
             let bit = self.memory.variable(Address::Bit(Bit::Flag(counter, flag)));

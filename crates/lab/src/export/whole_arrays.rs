@@ -18,7 +18,7 @@ impl RungExport<'_, '_> {
         instruction: &Instruction,
         legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         let span = instruction.span;
         if instruction.is_record_copy() {
             let fields: Vec<FieldCopy> = instruction.copied_fields().collect();
@@ -58,7 +58,7 @@ impl RungExport<'_, '_> {
         legs: &InstructionLegs,
     ) -> Result<(), ExportRefusal> {
         let span = instruction.span;
-        let power = legs.of(LegName::When);
+        let power = legs.leg(LegName::When);
         let value: Filling = instruction.operands.required("value");
         let to: Array = instruction.operands.required("to");
         let mut value = self.filling(&value, span)?;
@@ -91,10 +91,10 @@ impl RungExport<'_, '_> {
         if down {
             bits.reverse();
         }
-        let data = self.kept_bit(legs.of(LegName::Data));
-        let reset = self.kept_bit(legs.of(LegName::Rst));
+        let data = self.kept_bit(legs.leg(LegName::Data));
+        let reset = self.kept_bit(legs.leg(LegName::Rst));
         let was = self.fresh("was", "BOOL");
-        let clk = legs.of(LegName::Clk);
+        let clk = legs.leg(LegName::Clk);
         let shifts = NetworkPower::all([clk.clone(), off(&was), reset.clone().opposite()]);
         let shifts = self.kept_bit(shifts);
         self.coil(CoilAction::Assign, clk, &was);

@@ -290,7 +290,7 @@ fn explain(stage: LoweredSuite, scenario: &Scenario, unmet: FalseCondition, fail
     });
     let mut reasons =
         Reasons { ladder: TapedProgram { subject, sections }, observer, view: judge.view(), at };
-    failure.why = reasons.of(&history.deciding);
+    failure.why = reasons.reasons(&history.deciding);
 }
 
 /// The operands of a false condition, for what was seen of them within scans.

@@ -70,7 +70,7 @@ impl Observation {
     }
 
     /// A program as the conditions see it, and the findings about the observer.
-    fn of(&self, test_program: &TestProgram) -> Option<(ObservedProgram, Vec<Finding>)> {
+    fn observed(&self, test_program: &TestProgram) -> Option<(ObservedProgram, Vec<Finding>)> {
         if self.was.is_empty() && self.shown.is_empty() && self.observer.is_none() {
             return None;
         }
@@ -143,7 +143,7 @@ impl<'a> TestNames<'a> {
         options: &'a LoadOptions,
     ) -> TestNames<'a> {
         let TestProgram { program, controller, .. } = test_program;
-        let (observed, mistakes) = observation.of(test_program).unzip();
+        let (observed, mistakes) = observation.observed(test_program).unzip();
         let mistakes: Vec<Finding> = mistakes.unwrap_or_default();
         // A program with an error is never lowered.
         let is_whole = !mistakes.iter().any(|finding| finding.severity() == Severity::Error);

@@ -47,7 +47,7 @@ impl TapedProgram {
 
 impl Reasons<'_> {
     /// The reasons of the first cells of a condition.
-    pub fn of(&mut self, deciding: &[Cell]) -> Vec<String> {
+    pub fn reasons(&mut self, deciding: &[Cell]) -> Vec<String> {
         let answers = deciding.iter().take(EXPLAINED_MAX);
         answers.filter_map(|cell| self.why(*cell)).map(|answer| answer.text()).collect()
     }

@@ -468,7 +468,7 @@ fn of_block(
     }
     let own = block.kind.bits().iter().find(|bit| bit.name() == member);
     let stage = || block.stages.get(member).map(|id| Bit::Stage(*id));
-    if let Some(bit) = own.map(|bit| bit.of(block.id)).or_else(stage) {
+    if let Some(bit) = own.map(|bit| bit.bit_of(block.id)).or_else(stage) {
         return Ok(NamedThing::Address(Address::Bit(bit)));
     }
     if program && BlockBit::from_name(member).is_some() {

@@ -209,7 +209,7 @@ impl<'p> InputReaders<'p> {
     /// `None`: a set cannot hold so many inputs.
     fn new(model: &'p ProofModel) -> Option<InputReaders<'p>> {
         let numbers = EffectCells { bits: model.code.bit_count };
-        let place = |(at, input): (usize, &FreeInput)| (numbers.of(input.cell), at);
+        let place = |(at, input): (usize, &FreeInput)| (numbers.number(input.cell), at);
         let places = model.inputs.iter().enumerate().map(place).collect();
         let fits = model.inputs.len() < InputSet::BITS as usize;
         fits.then(|| InputReaders { model, effects: Effects::new(&model.code), places })
@@ -222,7 +222,7 @@ impl<'p> InputReaders<'p> {
 
     fn of_batches(&self, batches: Range<u32>) -> InputSet {
         let ops = operations(&self.model.code, batches);
-        ops.fold(0, |set, op| set | self.of_cells(self.effects.of(&op).all_reads()))
+        ops.fold(0, |set, op| set | self.of_cells(self.effects.effect(&op).all_reads()))
     }
 
     /// The inputs that are read outside of elements.

@@ -34,7 +34,7 @@ pub(super) enum Cap {
 
 impl Cap {
     /// The value that stands for a value.
-    pub fn of(self, value: i32) -> i32 {
+    pub fn capped(self, value: i32) -> i32 {
         match self {
             Cap::AtLeast(cap) => value.min(cap),
             Cap::AtMost(cap) => value.max(cap),
@@ -99,7 +99,7 @@ struct CapSearch<'p> {
 }
 
 impl CapSearch<'_> {
-    fn of(&mut self, word: u32) -> &mut Readers {
+    fn readers(&mut self, word: u32) -> &mut Readers {
         self.readers.entry(word).or_default()
     }
 
@@ -107,7 +107,7 @@ impl CapSearch<'_> {
         if let Op::Equal(Equal { a, b, .. }) | Op::Less(Less { a, b, .. }) = op {
             return self.visit_compare(*a, *b);
         }
-        if let Some(owned) = self.effects.of(op).owns {
+        if let Some(owned) = self.effects.effect(op).owns {
             self.visit_owner(owned);
         }
         self.visit_touched(op);
@@ -115,10 +115,10 @@ impl CapSearch<'_> {
             && at.kind == ElementType::WordBits
         {
             let words = at.first..at.first + u32::from(at.count);
-            words.for_each(|word| self.of(word).others = true);
+            words.for_each(|word| self.readers(word).others = true);
         }
         if let Op::Control(Control { kind: ControlKind::EnableEvery { every, .. }, .. }) = op {
-            self.of(*every).others = true;
+            self.readers(*every).others = true;
         }
     }
 
@@ -126,22 +126,22 @@ impl CapSearch<'_> {
         match owned {
             Owned::UpTimer(timer) => self.visit_up(timer.at, timer.preset),
             Owned::UpCounter(acc, preset) => self.visit_up(acc, preset),
-            Owned::DownCounter(acc) => self.of(acc).owner = Some(CapOwner::Down),
+            Owned::DownCounter(acc) => self.readers(acc).owner = Some(CapOwner::Down),
             Owned::DownTimer(_) | Owned::UpDownCounter(_) => {}
         }
     }
 
     fn visit_up(&mut self, acc: u32, preset: WordRead) {
-        let preset = self.ranges.of(preset.0);
-        let readers = self.of(acc);
+        let preset = self.ranges.range(preset.0);
+        let readers = self.readers(acc);
         readers.owner = Some(CapOwner::Up);
         readers.compare(preset);
     }
 
     fn visit_compare(&mut self, a: WordRead, b: WordRead) {
-        let (range_a, range_b) = (self.ranges.of(a.0), self.ranges.of(b.0));
-        self.of(a.0).compare(range_b);
-        self.of(b.0).compare(range_a);
+        let (range_a, range_b) = (self.ranges.range(a.0), self.ranges.range(b.0));
+        self.readers(a.0).compare(range_b);
+        self.readers(b.0).compare(range_a);
     }
 
     /// Marks the words that are read, or written in part.
@@ -152,20 +152,20 @@ impl CapSearch<'_> {
         let bits = touches.word_bits_written.iter().map(|bit| bit.word.0);
         let words: Vec<u32> =
             touches.words_read.iter().copied().chain(elements).chain(bits).collect();
-        words.into_iter().for_each(|word| self.of(word).others = true);
+        words.into_iter().for_each(|word| self.readers(word).others = true);
     }
 
     fn visit_pass(&mut self, step: &PassStep) {
         match step {
             PassStep::Counter(_, CounterRule::Up(preset) | CounterRule::Down(preset)) => {
-                self.of(preset.0).others = true;
+                self.readers(preset.0).others = true;
             }
             PassStep::Counter(_, CounterRule::UpDown(presets)) => {
                 let presets = [presets.up, presets.dn];
-                presets.iter().flatten().for_each(|word| self.of(word.0).others = true);
+                presets.iter().flatten().for_each(|word| self.readers(word.0).others = true);
             }
-            PassStep::Timer(timer, _) => self.of(timer.preset.0).others = true,
-            PassStep::WordBitOff(bit) => self.of(bit.0.word.0).others = true,
+            PassStep::Timer(timer, _) => self.readers(timer.preset.0).others = true,
+            PassStep::WordBitOff(bit) => self.readers(bit.0.word.0).others = true,
             PassStep::BitOff(_)
             | PassStep::HistoryOff(_)
             | PassStep::HoldTimer(_)

@@ -27,7 +27,7 @@ impl EffectCells {
     }
 
     /// The number of a cell; of a bit of a word, that of its word.
-    pub fn of(self, cell: Cell) -> u32 {
+    pub fn number(self, cell: Cell) -> u32 {
         match cell.whole() {
             Cell::Bit(bit) => bit.0,
             Cell::Word(word) => self.word(word.0),
@@ -151,7 +151,7 @@ impl<'p> Effects<'p> {
     }
 
     /// The effect of an operation.
-    pub fn of(&self, op: &Op) -> Effect {
+    pub fn effect(&self, op: &Op) -> Effect {
         let touches = self.touched(op);
         let mut effect = Effect {
             legs: touches.anded.clone(),
@@ -355,7 +355,7 @@ impl<'p> Effects<'p> {
 
     fn pick(&self, pick: u32) -> Vec<u32> {
         let pick = Op::Math(self.program.tables.picks[pick as usize]);
-        self.of(&pick).all_reads().collect()
+        self.effect(&pick).all_reads().collect()
     }
 
     /// Whether a leg is always ON.

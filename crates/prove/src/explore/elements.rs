@@ -257,7 +257,7 @@ impl TimedElement {
     fn new(effects: &Effects, element: &ElementCode) -> TimedElement {
         let mut timed = TimedElement { timers: TimersOf { running: Vec::new() }, withheld: vec![] };
         for op in operations(effects.program, element.batches.clone()) {
-            if let Some(timer) = effects.of(&op).owns.and_then(Owned::timer) {
+            if let Some(timer) = effects.effect(&op).owns.and_then(Owned::timer) {
                 let state = timer.at * RECORD as u32 + FLAGS as u32;
                 timed.timers.running.push(state + timer_state::RUNNING);
             }

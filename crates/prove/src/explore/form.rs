@@ -82,7 +82,7 @@ impl StateForm {
         // Of an image that is kept, what matters when a new process finds it.
         for RetainedCell { cell, image, .. } in &model.events.retained {
             let is_of_stages = matches!(cell, Cell::Bit(bit) if is_kept_bit(code, *bit));
-            match image.filter(|_| is_of_stages || stored(&numbers.of(*cell))) {
+            match image.filter(|_| is_of_stages || stored(&numbers.number(*cell))) {
                 Some(Cell::Bit(bit)) => bits.push(bit.0),
                 Some(Cell::Word(word)) => {
                     let of_word =
@@ -123,7 +123,7 @@ impl StateForm {
         for StoredWord { cell, cap, timers } in &self.words {
             let is_kept = timers.as_ref().is_none_or(|timers| timers.time(bits));
             let value = if is_kept { words[*cell as usize] } else { 0 };
-            to.number(cap.map_or(value, |cap| cap.of(value)).cast_unsigned());
+            to.number(cap.map_or(value, |cap| cap.capped(value)).cast_unsigned());
         }
         if let Some(phase_ms) = self.clock.phase_ms {
             let since_ms = (engine.now_ns().saturating_sub(engine.start_ns())) / 1_000_000;
@@ -205,7 +205,7 @@ impl FormWritten {
             written.iter().for_each(|cell| is_written[*cell as usize] = true);
         }
         for input in &model.inputs {
-            is_written[EffectCells { bits: code.bit_count }.of(input.cell) as usize] = true;
+            is_written[EffectCells { bits: code.bit_count }.number(input.cell) as usize] = true;
         }
         if let Some(down) = model.events.down {
             is_written[(code.bit_count + down.word.0) as usize] = true;

@@ -57,7 +57,7 @@ impl LiveSearch<'_> {
     fn overwrite_given(&mut self, model: &ProofModel) {
         let (layout, numbers) = (&model.code.layout, EffectCells { bits: model.code.bit_count });
         for input in model.inputs.iter().filter(|input| input.is_of_every_scan()) {
-            self.overwrite(numbers.of(input.cell));
+            self.overwrite(numbers.number(input.cell));
         }
         for n in 0..status::st::COUNT as u32 {
             self.overwrite(layout.bit(Bit::Space(BitSpace::St, n)).0);
@@ -92,7 +92,7 @@ impl LiveSearch<'_> {
         self.visited += 1;
         self.element = if executes_always { FOR_ALL } else { self.visited };
         for op in operations(self.program, batches) {
-            let effect = self.effects.of(&op);
+            let effect = self.effects.effect(&op);
             effect.all_reads().for_each(|cell| self.read(cell));
             effect.overwrites.into_iter().for_each(|cell| self.overwrite(cell));
         }

@@ -30,7 +30,7 @@ impl<'i> WordRanges<'i> {
         ranges.add_unknown(model);
         let numbers = EffectCells { bits: model.code.bit_count };
         for input in &model.inputs {
-            if let Some(word) = numbers.of(input.cell).checked_sub(numbers.bits) {
+            if let Some(word) = numbers.number(input.cell).checked_sub(numbers.bits) {
                 ranges.widen(word, Some(input.low..=input.high));
             }
         }
@@ -38,7 +38,7 @@ impl<'i> WordRanges<'i> {
         // First the words that are written at all, then what is written in them.
         for knows in [false, true] {
             for op in all_operations(&model.code) {
-                let writes = effects.of(&op).writes.into_iter();
+                let writes = effects.effect(&op).writes.into_iter();
                 for word in writes.filter_map(|cell| cell.checked_sub(numbers.bits)) {
                     let range =
                         if knows { ranges.stored_by(&op) } else { Some(ranges.at_start(word)) };
@@ -50,7 +50,7 @@ impl<'i> WordRanges<'i> {
     }
 
     /// The least and the greatest value of a word, if they are known.
-    pub fn of(&self, word: u32) -> Option<RangeInclusive<i32>> {
+    pub fn range(&self, word: u32) -> Option<RangeInclusive<i32>> {
         self.written.get(&word).cloned().unwrap_or_else(|| Some(self.at_start(word)))
     }
 
@@ -66,7 +66,8 @@ impl<'i> WordRanges<'i> {
         let structures = 0..code.layout.structure_count();
         let status = 0..dst::COUNT as u32;
         let status = status.map(|n| code.layout.word(Word::Space(WordSpace::Dst, n)).0);
-        let picks = code.tables.picks.iter().flat_map(|pick| effects.of(&Op::Math(*pick)).writes);
+        let picks =
+            code.tables.picks.iter().flat_map(|pick| effects.effect(&Op::Math(*pick)).writes);
         let picks = picks.filter_map(|cell| cell.checked_sub(numbers.bits));
         let passes = code.tables.terminations.iter().filter_map(|step| match step {
             PassStep::WordBitOff(bit) => Some(bit.0.word.0),
@@ -85,7 +86,7 @@ impl<'i> WordRanges<'i> {
     }
 
     fn widen(&mut self, word: u32, by: Option<RangeInclusive<i32>>) {
-        let before = self.of(word);
+        let before = self.range(word);
         let joined = |(a, b): (RangeInclusive<i32>, RangeInclusive<i32>)| {
             *a.start().min(b.start())..=*a.end().max(b.end())
         };
@@ -96,7 +97,7 @@ impl<'i> WordRanges<'i> {
     fn stored_by(&self, op: &Op) -> Option<RangeInclusive<i32>> {
         let limits = |to: WordTarget| Some(to.min..=to.max);
         if let Op::Move(copy) = op {
-            let constant = (!self.written.contains_key(&copy.a.0)).then(|| self.of(copy.a.0));
+            let constant = (!self.written.contains_key(&copy.a.0)).then(|| self.range(copy.a.0));
             let (low, high) = (copy.to.min, copy.to.max);
             return match constant.flatten() {
                 Some(value) if low <= high => {

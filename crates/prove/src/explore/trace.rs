@@ -51,14 +51,14 @@ impl Needs {
         let (effects, numbers) = (Effects::new(code), EffectCells { bits: code.bit_count });
         let needs = |op: Op| OperationNeeds {
             is_control: matches!(op, Op::Control(_)),
-            effect: effects.of(&op),
+            effect: effects.effect(&op),
         };
         let (passes, batches) = (code.tables.terminations.iter(), code.tables.batches.iter());
         let inputs = model.inputs.iter().enumerate();
         Needs {
             operations: batches.flat_map(|batch| code.tables.ops_of(*batch)).map(needs).collect(),
             passes: passes.map(|step| effects.read_by_pass(step)).collect(),
-            inputs: inputs.map(|(at, input)| (numbers.of(input.cell), at)).collect(),
+            inputs: inputs.map(|(at, input)| (numbers.number(input.cell), at)).collect(),
             at_end,
             assumed: model.assumed.clone(),
             cells: (code.bit_count + code.word_count) as usize,

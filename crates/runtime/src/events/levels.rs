@@ -27,7 +27,7 @@ impl EventLevels {
     }
 
     /// The level of an event: the given one, or its row's; `None`: the event's lines are left out.
-    pub fn of(&self, event: &Event) -> Option<Level> {
+    pub fn level(&self, event: &Event) -> Option<Level> {
         self.0.get(&event.number).map_or(Some(event.level), |found| found.given)
     }
 
@@ -68,7 +68,7 @@ mod tests {
         let none = EventLevels::default();
         assert_eq!(none.of_line(&STAGE_ON, Level::Debug), Some(Level::Debug));
         assert_eq!(
-            (none.of(&STAGE_ON), none.said_from(Level::Warn)),
+            (none.level(&STAGE_ON), none.said_from(Level::Warn)),
             (Some(Level::Info), Level::Warn)
         );
     }
@@ -76,7 +76,7 @@ mod tests {
     #[test]
     fn a_configured_level_replaces_the_level_of_the_row() {
         let off = levels(&STAGE_ON, None);
-        assert_eq!((off.of(&STAGE_ON), off.of_line(&STAGE_ON, Level::Info)), (None, None));
+        assert_eq!((off.level(&STAGE_ON), off.of_line(&STAGE_ON, Level::Info)), (None, None));
         let debug = levels(&STAGE_ON, Some(Level::Debug));
         assert_eq!(debug.of_line(&STAGE_ON, Level::Info), Some(Level::Debug));
         assert_eq!(debug.of_line(&BLOCK_STARTED, Level::Info), Some(Level::Info));

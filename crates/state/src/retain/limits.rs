@@ -46,7 +46,7 @@ impl RetainedLimits {
     }
 
     /// The limits of a word that has any.
-    pub fn of(&self, element: RetainedElement) -> Option<[i32; 2]> {
+    pub fn limits(&self, element: RetainedElement) -> Option<[i32; 2]> {
         self.0.get(&element).map(|limit| [limit.min, limit.max])
     }
 

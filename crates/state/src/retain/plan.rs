@@ -240,7 +240,7 @@ impl RetainPlan {
         let puts = plain.restore(&found, true).puts.into_iter();
         let limits = |cell| {
             let at = self.layout.address(cell).and_then(element_of)?;
-            self.limits.of(at)
+            self.limits.limits(at)
         };
         puts.map(|(cell, _)| RestoredCell { cell, limits: limits(cell) }).collect()
     }

@@ -196,7 +196,7 @@ impl<'t> Templates<'t> {
     }
 
     /// The index of the template of a use.
-    pub fn of(&self, template_use: &Use) -> Option<usize> {
+    pub fn position(&self, template_use: &Use) -> Option<usize> {
         self.by_name.get(&*template_use.template.as_ref()?.text).copied()
     }
 
@@ -217,7 +217,7 @@ impl<'t> Templates<'t> {
     /// The mistakes of a use by itself; `is_body` is whether it is a Program's body.
     pub fn misuses(&self, template_use: &Use, is_body: bool) -> Vec<Finding> {
         let Some(name) = &template_use.template else { return Vec::new() };
-        let Some(at) = self.of(template_use) else {
+        let Some(at) = self.position(template_use) else {
             let message = format!("there is no template `{}`", name.text);
             let finding = Finding::new(Code::UnknownTemplate, name.span, message);
             if name.text.starts_with(LIBRARY) {

@@ -141,7 +141,7 @@ impl<'t> Expansion<'t> {
 
     /// Reads a use in a ladder.
     fn of_ladder(&mut self, usage: &Use, is_body: bool, used: &mut [bool]) -> Option<Instance<'t>> {
-        if let Some(at) = self.templates.of(usage) {
+        if let Some(at) = self.templates.position(usage) {
             used[at] = true;
         }
         self.findings.extend(self.templates.misuses(usage, is_body));
@@ -180,7 +180,7 @@ impl<'t> Expansion<'t> {
         is_body: bool,
     ) -> Option<Instance<'t>> {
         let usable = |number: &usize| self.templates.all[*number].is_usable;
-        let Some(number) = self.templates.of(usage).filter(usable) else {
+        let Some(number) = self.templates.position(usage).filter(usable) else {
             self.unknown.extend(usage.name.as_ref().map(|name| match giver {
                 Some(giver) => format!("{}.{}", giver.name, name.text),
                 None => name.text.clone(),

@@ -48,7 +48,7 @@ impl Resolver<'_> {
             .flat_map(|declared| uses(declared.template).map(move |u| (declared, u)))
         {
             let own = |to: usize| std::ptr::eq(templates.all[to].template, template_use.0.template);
-            if let Some(to) = templates.of(template_use.1).filter(|to| !own(*to)) {
+            if let Some(to) = templates.position(template_use.1).filter(|to| !own(*to)) {
                 used[to] = true;
             }
         }

@@ -19,7 +19,7 @@ pub(super) fn check(templates: &mut Templates, findings: &mut Vec<Finding>) {
         .iter()
         .map(|declared| {
             uses(declared.template)
-                .filter_map(|template_use| Some((templates.of(template_use)?, template_use)))
+                .filter_map(|template_use| Some((templates.position(template_use)?, template_use)))
                 .collect()
         })
         .collect();
