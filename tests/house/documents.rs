@@ -4,6 +4,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
@@ -135,4 +136,39 @@ fn readme_contributing_and_ci_run_the_tests_by_the_same_command() {
     assert!(text("CONTRIBUTING.md").contains(&format!("\n{command} ")), "CONTRIBUTING.md");
     assert!(text(".ci/run").contains(&format!("{locked}\n")), ".ci/run");
     assert!(text("tests/rounds.sh").contains(&locked), "tests/rounds.sh");
+}
+
+/// The commands of a text that run one test target: `cargo test -p CRATE --test TARGET`.
+fn commands_with_target(text: &str) -> Vec<(Option<&str>, &str)> {
+    let commands = text.split("cargo test ").skip(1);
+    let commands = commands.map(|rest| rest.split(['`', '\n', ';']).next().unwrap_or(rest));
+    commands.filter_map(|command| Some((word(command, "-p "), word(command, "--test ")?))).collect()
+}
+
+/// The word behind an option.
+fn word<'c>(command: &'c str, option: &str) -> Option<&'c str> {
+    let (_, rest) = command.split_once(option)?;
+    rest.split(|c: char| !c.is_ascii_alphanumeric() && c != '-' && c != '_').next()
+}
+
+#[test]
+fn each_test_target_that_a_document_names_exists() {
+    let mut wrong = Vec::new();
+    let listed =
+        Command::new("git").current_dir(root()).args(["ls-files", "*.md", "*.sh"]).output();
+    let listed = String::from_utf8(listed.expect("git").stdout).expect("paths");
+    for path in listed.lines() {
+        for (package, target) in commands_with_target(&text(path)) {
+            let folder = match package.and_then(|package| package.strip_prefix("rungd-")) {
+                Some("opcua") => "opcua/tests".to_owned(),
+                Some(name) => format!("crates/{name}/tests"),
+                None => "tests".to_owned(),
+            };
+            if !root().join(format!("{folder}/{target}.rs")).exists() {
+                wrong.push(format!("{path}: {folder}/{target}.rs"));
+            }
+        }
+    }
+    assert!(listed.lines().count() > 50, "{listed}");
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }

@@ -1,5 +1,5 @@
 //! `docs/simulated-plant.md` and `docs/gpio.md`: their files pass the check, and the diagram shows
-//! the behaviour of the plant and the ladder. After a change: `UPDATE_PAGES=1 cargo test --test it
+//! the behaviour of the plant and the ladder. After a change: `UPDATE_PAGES=1 cargo test -p rungd-io
 //! io::simulated_plant_page`.
 
 use rungd_test_support::page;

@@ -2,7 +2,7 @@
 //!
 //! A block after `<!-- check: ladder -->` is a whole ladder file. A block after `<!-- check: rungs
 //! -->` has the rungs of a `Main`, and a block after `<!-- check: controller -->` is a controller
-//! file for the page's ladder. `UPDATE_EXPECT=1 cargo test --test it language::docs_language` updates
+//! file for the page's ladder. `UPDATE_EXPECT=1 cargo test -p rungd-language language::docs_language` updates
 //! the table.
 
 use std::fs;

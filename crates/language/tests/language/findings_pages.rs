@@ -1,7 +1,7 @@
 //! `docs/findings/`: one page for each finding. The examples are executed: the wrong example gives
 //! the finding as printed on the page; the right example gives none.
 //!
-//! `UPDATE_EXPECT=1 cargo test --test it language::findings_pages` updates the index and the printed
+//! `UPDATE_EXPECT=1 cargo test -p rungd-language language::findings_pages` updates the index and the printed
 //! findings on the pages.
 
 use std::fs;

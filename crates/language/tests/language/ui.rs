@@ -3,7 +3,7 @@
 //!
 //! A folder is a case too. If it has a `case.test.toml`, this file is read as by `rungd test`. If
 //! it has a `controller.toml`, this file is checked. Otherwise all its ladder files are checked
-//! together, in the order of their names. `UPDATE_UI=1 cargo test --test it language::ui::` updates the
+//! together, in the order of their names. `UPDATE_UI=1 cargo test -p rungd-language language::ui::` updates the
 //! expected findings.
 
 use std::path::{Path, PathBuf};

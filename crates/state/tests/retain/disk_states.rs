@@ -6,7 +6,7 @@
 //! them, with figures:
 //!
 //! ```console
-//! cargo test --release --test it retain::disk_states -- --ignored --nocapture
+//! cargo test --release -p rungd-state retain::disk_states -- --ignored --nocapture
 //! ```
 
 use std::cell::Cell;

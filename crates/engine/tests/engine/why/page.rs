@@ -1,5 +1,5 @@
 //! The example of `docs/why.md` is made by the program. To update it after a change:
-//! `UPDATE_PAGES=1 cargo test --test it engine::why::page`.
+//! `UPDATE_PAGES=1 cargo test -p rungd-engine engine::why::page`.
 
 use super::bench::Recorder;
 use rungd_engine::{Engine, EngineCall, ScanTimes};

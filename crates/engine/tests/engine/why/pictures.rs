@@ -1,6 +1,6 @@
 //! Two pictures of `README.md`, made by the program from the shipped parts bin: rungs with the power
 //! of the scan in which the bin is full, and an answer of `why`. After a change:
-//! `UPDATE_PAGES=1 cargo test --test it engine::why::pictures`. The third picture is made by
+//! `UPDATE_PAGES=1 cargo test -p rungd-engine engine::why::pictures`. The third picture is made by
 //! `tests/browser.py`.
 
 use super::bench::Recorder;
