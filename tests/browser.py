@@ -24,6 +24,7 @@ import browser_rig as rig
 from browser_axe import axe_core_finds_nothing_serious_on_any_page
 from browser_outputs import what_is_shown_of_an_output_is_what_the_device_got
 from browser_hold import HOLD_CHECKS
+from browser_lift import LIFT_CHECKS
 from browser_panels import PANEL_CHECKS
 from browser_rights import RIGHTS_CHECKS
 from browser_rig import CONTROLLER, LADDER, MORE, PAGES, PICTURES, Foreign, Look, Pages, Plant, wait_for
@@ -647,6 +648,7 @@ CHECKS = [
     a_user_signs_in_and_writes,
     *PANEL_CHECKS,
     *HOLD_CHECKS,
+    *LIFT_CHECKS,
     *RIGHTS_CHECKS,
     nothing_is_wider_than_a_narrow_screen,
     the_keyboard_alone_reaches_everything,

@@ -31,12 +31,15 @@ function whyOf(alarm) {
   return h("details", {}, h("summary", {}, `Why ${alarm.tag}?`), h("pre", {}, lines.join("\n")));
 }
 
+// The user of a change made on a page; the controller adds the program that made it: `anna by rungd-web`.
+const person = (who) => who.split(" by ")[0];
+
 function stateOf(alarm) {
   if (alarm.shelved) {
     const end = alarm.shelved.until_ns ? "shelved until " + clockOf(alarm.shelved.until_ns / 1e6) : "out of service";
-    return `${end} by ${alarm.shelved.who}: ${alarm.shelved.why}`;
+    return `${end} by ${person(alarm.shelved.who)}: ${alarm.shelved.why}`;
   }
-  if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + alarm.acknowledged.who : "");
+  if (alarm.state === "acknowledged") return "acknowledged" + (alarm.acknowledged ? " by " + person(alarm.acknowledged.who) : "");
   return alarm.state === "returned" ? "returned, not acknowledged" : "not acknowledged";
 }
 

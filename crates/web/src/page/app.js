@@ -332,7 +332,7 @@ const us = (value) => value >= 1000 ? (value / 1000).toFixed(1) + " ms" : Math.r
 function overview() {
   watch([]);
   const place = h("div", { class: "cards", id: "cards" });
-  const field = h("input", { type: "search", autocomplete: "off", placeholder: "pump1, Y3, contactor …" });
+  const field = h("input", { type: "search", autocomplete: "off", size: 26, placeholder: "pump1, Y3, contactor …" });
   const find = (event) => { event.preventDefault(); location.hash = "#tags/" + encodeURIComponent(field.value); };
   $("content").replaceChildren(h("h2", {}, "Overview"),
     h("form", { class: "tools", onsubmit: find }, h("label", {}, "Why is it ON or OFF? ", field), h("button", {}, "Find the tag")),
@@ -829,14 +829,14 @@ function events() {
     try {
       const answer = await get("/api/events", held());
       said.textContent = answer.events.length ? "" : "nothing has happened for a minute";
-      body.replaceChildren(...answer.events.map((of) => h("tr", { class: of.alarm ? "alarm" : "" },
-        h("td", { class: "num" }, clockOf(of.time_ms, 3)), h("td", { class: "num" }, of.scan),
-        h("td", {}, of.text), h("td", {}, of.operand ? whyButton(of.operand, "why") : ""))));
+      body.replaceChildren(...answer.events.map((of) => h("tr", {},
+        h("td", { class: "num" }, clockOf(of.time_ms, 3)), h("td", { class: "num", "data-label": "scan" }, of.scan),
+        h("td", { class: of.alarm ? "alarm" : "" }, of.text), h("td", {}, of.operand ? whyButton(of.operand, `Why ${of.operand}?`) : ""))));
     } catch (error) { said.textContent = error.message; }
   }
   $("content").replaceChildren(h("div", { class: "tools" }, h("h2", {}, "Latest events"),
     h("button", { onclick: load }, "Refresh")), said,
-  h("table", { class: "stack" }, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body),
+  h("table", { class: "stack events" }, h("thead", {}, h("tr", {}, ...["time", "scan", "event", ""].map((name) => h("th", { scope: "col" }, name)))), body),
   changes);
   load();
   return {};
