@@ -19,6 +19,7 @@ pub mod certificates;
 mod conditions;
 mod follow;
 pub mod frames;
+mod fresh_items;
 mod gate;
 mod history;
 pub mod journal;

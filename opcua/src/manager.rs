@@ -3,8 +3,10 @@
 
 use std::fmt;
 use std::sync::{Arc, RwLock as StdRwLock};
+use std::time::Instant;
 
 use async_trait::async_trait;
+use opcua::server::CreateMonitoredItem;
 use opcua::server::address_space::AddressSpace;
 use opcua::server::diagnostics::NamespaceMetadata;
 use opcua::server::node_manager::memory::{
@@ -22,6 +24,7 @@ use rungd_client::operator::protocol::{ChangedOperands, GivenWrite, Request};
 use rungd_fleet::opcua::OpcUaSettings;
 
 use crate::follow::{NotDone, PlantController};
+use crate::fresh_items::FreshItems;
 use crate::history::HistoryReader;
 use crate::journal::{ClientLine, ServerLines};
 use crate::reasons::{ReasonedWrite, WRITE_WITH_REASON, add_method};
@@ -62,7 +65,8 @@ impl InMemoryNodeManagerImplBuilder for PlantManagerBuilder {
         let PlantManagerBuilder { settings, followed, lines } = self;
         let history = HistoryReader::new(&settings, followed.clone(), lines.clone());
         let shown = StdRwLock::default();
-        PlantManager { namespace, uri, followed, lines, history, shown }
+        let fresh = FreshItems::default();
+        PlantManager { namespace, uri, followed, lines, history, shown, fresh }
     }
 }
 
@@ -74,6 +78,8 @@ pub struct PlantManager {
     lines: ServerLines,
     history: HistoryReader,
     shown: StdRwLock<Arc<ShownTree>>,
+    /// The monitored items of the last seconds.
+    pub fresh: FreshItems,
 }
 
 impl fmt::Debug for PlantManager {
@@ -279,6 +285,25 @@ impl InMemoryNodeManagerImpl for PlantManager {
             namespace_index: self.namespace,
             ..NamespaceMetadata::default()
         }]
+    }
+
+    async fn create_value_monitored_items(
+        &self,
+        context: &RequestContext,
+        space: &RwLock<AddressSpace>,
+        items: &mut [&mut &mut CreateMonitoredItem],
+    ) {
+        let wanted: Vec<_> = items.iter().map(|item| item.item_to_monitor()).collect();
+        // Before the values are read: what changes behind that is told again.
+        self.fresh.note(wanted.iter().map(|item| item.node_id.clone()), Instant::now());
+        let stamps = TimestampsToReturn::Both;
+        let values = self.read_values(context, space, &wanted, 0.0, stamps).await;
+        for (value, item) in values.into_iter().zip(items.iter_mut()) {
+            if value.status() != StatusCode::BadAttributeIdInvalid {
+                item.set_initial_value(value);
+            }
+            item.set_status(StatusCode::Good);
+        }
     }
 
     async fn write(

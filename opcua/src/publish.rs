@@ -5,12 +5,13 @@
 
 use std::collections::HashMap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use opcua::nodes::NodeType;
 use opcua::server::ServerHandle;
 use opcua::types::{
-    AttributeId, DataValue, DateTime, LocalizedText, ModelChangeStructureDataType, NodeId,
-    StatusCode, Variant,
+    AttributeId, DataEncoding, DataValue, DateTime, LocalizedText, ModelChangeStructureDataType,
+    NodeId, NumericRange, StatusCode, TimestampsToReturn, Variant,
 };
 use rungd_client::live::{LogPosition, LoggedChange, TagType};
 use rungd_client::operator::protocol::{AlarmList, ControllerStatus};
@@ -18,6 +19,7 @@ use rungd_config::controller::OUTPUT_UNKNOWN;
 
 use crate::alarms::{ConditionBook, StandingAlarms};
 use crate::follow::PlantReport;
+use crate::fresh_items::FreshNodes;
 use crate::manager::PlantNodes;
 use crate::shown::ShownTree;
 use crate::space::{self, node_id, property_id};
@@ -91,6 +93,11 @@ impl Publisher {
 
     /// Shows a report.
     pub fn take(&mut self, report: PlantReport) {
+        self.show_report(report);
+        self.tell_fresh_items();
+    }
+
+    fn show_report(&mut self, report: PlantReport) {
         match report {
             PlantReport::Program(tree, contents, at) => self.begin(tree, contents, at),
             PlantReport::Changes(changes) => self.change(&changes),
@@ -272,6 +279,31 @@ impl Publisher {
             StatusCode::BadNoCommunication
         } else {
             StatusCode::Good
+        }
+    }
+
+    /// Tells the present values again to the items that may have missed the last change.
+    fn tell_fresh_items(&self) {
+        let nodes = match self.nodes.inner().fresh.due(Instant::now()) {
+            FreshNodes::Some(nodes) => nodes,
+            FreshNodes::All => self.statuses.keys().cloned().collect(),
+        };
+        if nodes.is_empty() {
+            return;
+        }
+        let space = self.nodes.address_space().read();
+        let mut notifier = self.handle.subscriptions().data_notifier();
+        for id in nodes {
+            let Some(NodeType::Variable(variable)) = space.find(&id) else { continue };
+            if let Some(mut items) = notifier.notify_for(&id, AttributeId::Value) {
+                let value = variable.value(
+                    TimestampsToReturn::Both,
+                    &NumericRange::None,
+                    &DataEncoding::Binary,
+                    0.0,
+                );
+                items.data_value(notification(&value, Telling::Changes));
+            }
         }
     }
 
