@@ -8,7 +8,7 @@ use super::memory::MemoryView;
 use super::mishap::Mishaps;
 use super::reach::{CellAccess, Reach};
 use super::steps::{
-    COLUMN_SLOTS, Code, FormulaStep, StepNumber, for_each_code, unless_accumulator,
+    COLUMN_SLOTS, FormulaStep, StepCode, StepNumber, for_each_code, unless_accumulator,
 };
 use super::{integer, real};
 
@@ -195,24 +195,24 @@ macro_rules! columns {
             fn step<R: Reach>(&mut self, column: Column<R>) {
                 let FormulaStep { code, to, .. } = column.steps[0];
                 match code {
-                    $($(Code::$code => {
+                    $($(StepCode::$code => {
                         unless_accumulator!($a $b, self.save::<$number>(to));
                         each(column, self, |from, step, own| {
                             let (a, b) = (operand!($a from step.a), operand!($b from step.b));
                             $two_of(a, b, own)
                         });
                     })*)*
-                    $(Code::$one => each(column, self, |from, _, own| {
+                    $(StepCode::$one => each(column, self, |from, _, own| {
                         $one_of(operand!(Accumulator from 0), own)
                     }),)*
-                    $(Code::$load => {
+                    $(StepCode::$load => {
                         self.save::<$loaded>(to);
                         each::<R, $loaded>(column, self, |from, step, _| {
                             operand!($from from step.a)
                         });
                     })*
-                    $(Code::$save => self.save::<$saved>(to),)*
-                    $(Code::$other)|* => unreachable!("a step without a shape is in no column"),
+                    $(StepCode::$save => self.save::<$saved>(to),)*
+                    $(StepCode::$other)|* => unreachable!("a step without a shape is in no column"),
                 }
             }
         }

@@ -26,8 +26,8 @@ pub use super::role::{
 };
 pub use super::step_reads::reads;
 pub use super::steps::{
-    Accumulator, Code, CodeParts, FormulaStep, LoadStep, OneOperator, Operator, OtherStep,
-    SaveStep, StepOperand, StepShape, shapes,
+    Accumulator, CodeParts, FormulaStep, OneOperator, OtherStep, PairOperator, StepCode, StepLoad,
+    StepOperand, StepSave, StepShape, shapes,
 };
 
 /// An operation that works only on memory.

@@ -6,7 +6,7 @@ use super::memory::MemoryView;
 use super::mishap::{Mishap, Mishaps};
 use super::reach::Reach;
 use super::role::{BitRead, WordRead};
-use super::steps::{Code, FormulaStep, StepNumber, cells, for_each_code, unless_accumulator};
+use super::steps::{FormulaStep, StepCode, StepNumber, cells, for_each_code, unless_accumulator};
 use super::{integer, real};
 
 /// A type of number that has an accumulator.
@@ -62,26 +62,26 @@ macro_rules! rows {
             fn step(&mut self, step: FormulaStep, noted: &mut Mishaps) {
                 let FormulaStep { code, to, a, b } = step;
                 match code {
-                    $($(Code::$code => {
+                    $($(StepCode::$code => {
                         let (a, b) = (operand!($a self a), operand!($b self b));
                         unless_accumulator!($a $b, self.save::<$number>(to));
                         let mut own = Mishaps::default();
                         *Accumulated::accumulator(self) = $two_of(a, b, &mut own);
                         noted.add(own);
                     })*)*
-                    $(Code::$one => {
+                    $(StepCode::$one => {
                         let a = *Accumulated::accumulator(self);
                         let mut own = Mishaps::default();
                         *Accumulated::accumulator(self) = $one_of(a, &mut own);
                         noted.add(own);
                     })*
-                    $(Code::$load => {
+                    $(StepCode::$load => {
                         let a: $loaded = operand!($from self a);
                         self.save::<$loaded>(to);
                         *Accumulated::accumulator(self) = a;
                     })*
-                    $(Code::$save => self.save::<$saved>(to),)*
-                    $(Code::$other => self.$execute(step, noted),)*
+                    $(StepCode::$save => self.save::<$saved>(to),)*
+                    $(StepCode::$other => self.$execute(step, noted),)*
                 }
             }
         }

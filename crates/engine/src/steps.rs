@@ -16,7 +16,7 @@ use crate::isa::Real;
 #[derive(Clone, Copy, Debug)]
 pub struct FormulaStep {
     /// Its operation, with the places of its operands.
-    pub code: Code,
+    pub code: StepCode,
     /// The slot in which a step without an operand in the accumulator first saves the accumulator;
     /// slot 0 is never read. For a jump: the target, a step of the formula.
     pub to: u32,
@@ -283,7 +283,7 @@ macro_rules! codes {
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
         #[repr(u8)]
         #[allow(missing_docs)]
-        pub enum Code {
+        pub enum StepCode {
             $($($code,)*)*
             $($one,)*
             $($load,)*
@@ -294,7 +294,7 @@ macro_rules! codes {
         /// The operators with two operands.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
-        pub enum Operator { $($two),* }
+        pub enum PairOperator { $($two),* }
 
         /// The operators and functions with one operand.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -304,39 +304,39 @@ macro_rules! codes {
         /// The loads.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
-        pub enum LoadStep { $($load),* }
+        pub enum StepLoad { $($load),* }
 
         /// The saves of an accumulator.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[allow(missing_docs)]
-        pub enum SaveStep { $($save),* }
+        pub enum StepSave { $($save),* }
 
         /// The codes that are executed for one formula alone.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum OtherStep { $($(#[$doc])* $other),* }
 
-        impl Code {
+        impl StepCode {
             /// Its parts.
             pub fn parts(self) -> CodeParts {
                 match self {
-                    $($(Code::$code => CodeParts::Two(
-                        Operator::$two,
+                    $($(StepCode::$code => CodeParts::Two(
+                        PairOperator::$two,
                         StepOperand::$a,
                         StepOperand::$b,
                     ),)*)*
-                    $(Code::$one => CodeParts::One(OneOperator::$one),)*
-                    $(Code::$load => CodeParts::Load(LoadStep::$load),)*
-                    $(Code::$save => CodeParts::Save(SaveStep::$save),)*
-                    $(Code::$other => CodeParts::Other(OtherStep::$other),)*
+                    $(StepCode::$one => CodeParts::One(OneOperator::$one),)*
+                    $(StepCode::$load => CodeParts::Load(StepLoad::$load),)*
+                    $(StepCode::$save => CodeParts::Save(StepSave::$save),)*
+                    $(StepCode::$other => CodeParts::Other(OtherStep::$other),)*
                 }
             }
         }
 
-        impl Operator {
+        impl PairOperator {
             /// The code for operands at these places, if there is one.
-            pub fn code(self, a: StepOperand, b: StepOperand) -> Option<Code> {
+            pub fn code(self, a: StepOperand, b: StepOperand) -> Option<StepCode> {
                 match (self, a, b) {
-                    $($((Operator::$two, StepOperand::$a, StepOperand::$b) => Some(Code::$code),)*)*
+                    $($((PairOperator::$two, StepOperand::$a, StepOperand::$b) => Some(StepCode::$code),)*)*
                     _ => None,
                 }
             }
@@ -346,11 +346,11 @@ macro_rules! codes {
             /// The words that it reads.
             pub(super) fn words(&self) -> [Option<u32>; 2] {
                 match self.code {
-                    $($(Code::$code => {
+                    $($(StepCode::$code => {
                         [number_of!(Word $a self.a), number_of!(Word $b self.b)]
                     })*)*
-                    $(Code::$load => [number_of!(Word $from self.a), None],)*
-                    $(Code::$one)|* | $(Code::$save)|* | $(Code::$other)|* => [None, None],
+                    $(StepCode::$load => [number_of!(Word $from self.a), None],)*
+                    $(StepCode::$one)|* | $(StepCode::$save)|* | $(StepCode::$other)|* => [None, None],
                 }
             }
 
@@ -358,12 +358,12 @@ macro_rules! codes {
             /// formulas at once.
             pub(super) fn shape(&self) -> Option<StepShape> {
                 let slots = match self.code {
-                    $($(Code::$code => {
+                    $($(StepCode::$code => {
                         [number_of!(Slot $a self.a), number_of!(Slot $b self.b)]
                     })*)*
-                    $(Code::$load => [number_of!(Slot $from self.a), None],)*
-                    $(Code::$one)|* | $(Code::$save)|* => [None, None],
-                    $(Code::$other)|* => return None,
+                    $(StepCode::$load => [number_of!(Slot $from self.a), None],)*
+                    $(StepCode::$one)|* | $(StepCode::$save)|* => [None, None],
+                    $(StepCode::$other)|* => return None,
                 };
                 Some(StepShape { code: self.code, to: self.to, slots })
             }
@@ -375,13 +375,13 @@ macro_rules! codes {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CodeParts {
     /// An operator, and the places of its operands.
-    Two(Operator, StepOperand, StepOperand),
+    Two(PairOperator, StepOperand, StepOperand),
     /// An operator or function of the accumulator.
     One(OneOperator),
     /// A load.
-    Load(LoadStep),
+    Load(StepLoad),
     /// A save.
-    Save(SaveStep),
+    Save(StepSave),
     /// Any other code.
     Other(OtherStep),
 }
@@ -389,7 +389,7 @@ pub enum CodeParts {
 /// The common part of steps that differ only in their cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct StepShape {
-    code: Code,
+    code: StepCode,
     to: u32,
     slots: [Option<u32>; 2],
 }

@@ -14,8 +14,8 @@ use crate::resolve::formula::{
 use rungd_engine::isa::status::st;
 use rungd_engine::isa::{Bit, BitSpace, Real, Word};
 pub use rungd_engine::ops::{
-    Accumulator, ArrayTarget, Code, FormulaStep, LegPowers, Math, MathReports, MathTarget,
-    Operator, StepOperand, WordTarget, WordWritten,
+    Accumulator, ArrayTarget, FormulaStep, LegPowers, Math, MathReports, MathTarget, PairOperator,
+    StepCode, StepOperand, WordTarget, WordWritten,
 };
 
 /// The types of a step.
@@ -132,7 +132,7 @@ impl FormulaBuilder<'_, '_> {
         let error = Bit::Space(BitSpace::St, st::INDEX_ERROR);
         let reads = |part: &FormulaPart| matches!(part, FormulaPart::Bit(bit) if *bit == error);
         if formula.parts.iter().any(reads) {
-            self.step(Code::CheckIndex, 0, at.index, at.count.into());
+            self.step(StepCode::CheckIndex, 0, at.index, at.count.into());
         }
     }
 
@@ -162,16 +162,16 @@ impl FormulaBuilder<'_, '_> {
         let to = self.slot_of_waiting(NumberType::Integer);
         if let Bit::InWord(bit) = bit {
             let bit = self.assembler.layout.word_bit(bit);
-            self.step(Code::LoadWordBit, to, bit.word.0, bit.mask.cast_unsigned());
+            self.step(StepCode::LoadWordBit, to, bit.word.0, bit.mask.cast_unsigned());
             return self.push(OperandPlace::Accumulator, NumberType::Integer);
         }
         let cell = self.assembler.layout.bit(bit).0;
         if let Bit::Space(BitSpace::St, n @ st::DIVIDE_BY_ZERO..) = bit
             && self.reports != MathReports::Nothing
         {
-            self.step(Code::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
+            self.step(StepCode::LoadMishap, to, cell, n - st::DIVIDE_BY_ZERO);
         } else {
-            self.step(Code::LoadBit, to, cell, 0);
+            self.step(StepCode::LoadBit, to, cell, 0);
         }
         self.push(OperandPlace::Accumulator, NumberType::Integer);
     }
@@ -187,14 +187,14 @@ impl FormulaBuilder<'_, '_> {
         }
         let mask = self.assembler.mask(array);
         let code = match number_type {
-            NumberType::Integer if array.is_bits() && mask.is_none() => Code::BitOf,
-            NumberType::Integer => Code::WordOf,
-            NumberType::Real => Code::RealOf,
+            NumberType::Integer if array.is_bits() && mask.is_none() => StepCode::BitOf,
+            NumberType::Integer => StepCode::WordOf,
+            NumberType::Real => StepCode::RealOf,
         };
         let cells = self.assembler.cells(array);
         self.step(code, 0, cells.first, cells.count);
         if let Some(mask) = mask {
-            self.step(Code::HasBit, 0, 0, mask.cast_unsigned());
+            self.step(StepCode::HasBit, 0, 0, mask.cast_unsigned());
         }
         self.operands[last].of = number_type;
     }
@@ -208,9 +208,9 @@ impl FormulaBuilder<'_, '_> {
         }
         let integer = NumberType::Integer;
         for (operator, limit) in [
-            (Operator::Min, i64::from(array.count)),
-            (Operator::Max, -1),
-            (Operator::Mul, i64::from(stride)),
+            (PairOperator::Min, i64::from(array.count)),
+            (PairOperator::Max, -1),
+            (PairOperator::Mul, i64::from(stride)),
         ] {
             self.push(OperandPlace::Integer(limit), integer);
             self.both(operator, integer);
@@ -221,7 +221,7 @@ impl FormulaBuilder<'_, '_> {
         self.operands.push(WaitingOperand { place, of: number_type });
     }
 
-    pub(super) fn step(&mut self, code: Code, to: u32, a: u32, b: u32) {
+    pub(super) fn step(&mut self, code: StepCode, to: u32, a: u32, b: u32) {
         self.steps.push(FormulaStep { code, to, a, b });
     }
 
@@ -249,7 +249,7 @@ impl FormulaBuilder<'_, '_> {
     fn save(&mut self, number_type: NumberType) {
         let slot = self.slot_of_waiting(number_type);
         if slot != 0 {
-            self.step(typed(number_type, Code::Save, Code::SaveReal), slot, 0, 0);
+            self.step(typed(number_type, StepCode::Save, StepCode::SaveReal), slot, 0, 0);
         }
     }
 
@@ -277,9 +277,9 @@ impl FormulaBuilder<'_, '_> {
         let (place, cell) = self.source(at, number_type);
         let code = match place {
             StepOperand::Accumulator => return,
-            StepOperand::Slot => typed(number_type, Code::LoadSlot, Code::LoadRealSlot),
-            StepOperand::Word => typed(number_type, Code::LoadWord, Code::LoadReal),
-            StepOperand::Whole => Code::LoadWhole,
+            StepOperand::Slot => typed(number_type, StepCode::LoadSlot, StepCode::LoadRealSlot),
+            StepOperand::Word => typed(number_type, StepCode::LoadWord, StepCode::LoadReal),
+            StepOperand::Whole => StepCode::LoadWhole,
         };
         let to = self.slot_of_waiting(number_type);
         self.step(code, to, cell, 0);
@@ -298,7 +298,7 @@ impl FormulaBuilder<'_, '_> {
         }
         if self.operands[at].place == OperandPlace::Accumulator {
             self.save(NumberType::Real);
-            self.step(Code::ToReal, 0, 0, 0);
+            self.step(StepCode::ToReal, 0, 0, 0);
             self.operands[at].of = number_type;
         }
     }
@@ -317,16 +317,18 @@ impl FormulaBuilder<'_, '_> {
                 self.operands[last].place = OperandPlace::Integer(-n);
             }
             (Unary::Minus, NumberType::Integer, _) => {
-                self.one(Code::Neg, StepTypes::same(number_type))
+                self.one(StepCode::Neg, StepTypes::same(number_type))
             }
             (Unary::Minus, NumberType::Real, _) => {
-                self.one(Code::RealNeg, StepTypes::same(number_type))
+                self.one(StepCode::RealNeg, StepTypes::same(number_type))
             }
-            (Unary::Complement, _, _) => self.one(Code::Complement, StepTypes::same(number_type)),
+            (Unary::Complement, _, _) => {
+                self.one(StepCode::Complement, StepTypes::same(number_type))
+            }
             (Unary::Not, ..) => {
                 let number_type = self.operands[last].of;
                 self.one(
-                    typed(number_type, Code::Not, Code::RealNot),
+                    typed(number_type, StepCode::Not, StepCode::RealNot),
                     StepTypes { operands: number_type, result: NumberType::Integer },
                 );
             }
@@ -336,7 +338,7 @@ impl FormulaBuilder<'_, '_> {
     /// Adds a step that takes the last operand.
     pub(super) fn one(
         &mut self,
-        code: Code,
+        code: StepCode,
         StepTypes { operands: number_type, result }: StepTypes,
     ) {
         let last = self.operands.len() - 1;
@@ -349,7 +351,7 @@ impl FormulaBuilder<'_, '_> {
     }
 
     fn binary(&mut self, sign: Binary, number_type: NumberType) {
-        use Operator as O;
+        use PairOperator as O;
         let integer = NumberType::Integer;
         let (operator, result) = match sign {
             Binary::AndAlso | Binary::OrElse => return self.end_of_right(),
@@ -379,7 +381,7 @@ impl FormulaBuilder<'_, '_> {
     }
 
     /// Adds a step that takes the last two operands; operands and result have this type.
-    pub(super) fn both(&mut self, operator: Operator, number_type: NumberType) {
+    pub(super) fn both(&mut self, operator: PairOperator, number_type: NumberType) {
         let last = self.operands.len() - 1;
         self.sides(operator, [last - 1, last], StepTypes::same(number_type));
     }
@@ -387,7 +389,7 @@ impl FormulaBuilder<'_, '_> {
     /// Adds a step that takes two operands.
     fn sides(
         &mut self,
-        operator: Operator,
+        operator: PairOperator,
         [left, right]: [usize; 2],
         StepTypes { operands: number_type, result }: StepTypes,
     ) {
@@ -413,13 +415,13 @@ impl FormulaBuilder<'_, '_> {
 
     fn mark(&mut self, mark: FormulaMark) {
         match mark {
-            FormulaMark::AndAlso | FormulaMark::Then => self.test(Code::JumpIfZero),
-            FormulaMark::OrElse => self.test(Code::JumpIfTrue),
+            FormulaMark::AndAlso | FormulaMark::Then => self.test(StepCode::JumpIfZero),
+            FormulaMark::OrElse => self.test(StepCode::JumpIfTrue),
             FormulaMark::Else(of) => {
                 self.end_of_value(of);
                 let test = self.jumps.pop().expect("`if` has a condition");
                 self.jumps.push(self.steps.len());
-                self.step(Code::Jump, 0, 0, 0);
+                self.step(StepCode::Jump, 0, 0, 0);
                 self.arrive(test);
             }
         }
@@ -428,7 +430,7 @@ impl FormulaBuilder<'_, '_> {
     /// Tests the last operand and jumps by the result. All waiting operands are saved before, so on
     /// both paths the accumulators are free, and the integer accumulator contains the result of the
     /// test.
-    fn test(&mut self, code: Code) {
+    fn test(&mut self, code: StepCode) {
         self.truth();
         self.operands.pop();
         self.save_all();
@@ -440,7 +442,7 @@ impl FormulaBuilder<'_, '_> {
     fn truth(&mut self) {
         let number_type = self.operands[self.operands.len() - 1].of;
         self.one(
-            typed(number_type, Code::Truth, Code::RealTruth),
+            typed(number_type, StepCode::Truth, StepCode::RealTruth),
             StepTypes { operands: number_type, result: NumberType::Integer },
         );
     }

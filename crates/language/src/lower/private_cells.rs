@@ -8,7 +8,7 @@ use super::formula::{OperandPlace, accumulator};
 use crate::resolve::array::ArrayElement;
 use crate::resolve::formula::NumberType;
 pub use rungd_engine::ops::{
-    Accumulator, AnyWord, BitWritten, Code, LegPowers, Math, MathReports, MathTarget,
+    Accumulator, AnyWord, BitWritten, LegPowers, Math, MathReports, MathTarget, StepCode,
 };
 
 /// A private cell that holds what an instruction stores.
@@ -24,7 +24,7 @@ impl Assembler<'_> {
         let mut builder = self.formula_builder(MathReports::IndexError);
         let result = match cell {
             PrivateCell::Bit(cell) => {
-                builder.step(Code::LoadBit, 0, cell, 0);
+                builder.step(StepCode::LoadBit, 0, cell, 0);
                 Accumulator::Integer
             }
             PrivateCell::Word(AnyWord { word, real }) => {
@@ -43,7 +43,7 @@ impl Assembler<'_> {
         let mut builder = self.formula_builder(MathReports::IndexError);
         for element in elements {
             let index = builder.assembler.layout.word(element.index).0;
-            builder.step(Code::CheckIndex, 0, index, element.array.count);
+            builder.step(StepCode::CheckIndex, 0, index, element.array.count);
         }
         builder.push(OperandPlace::Integer(0), NumberType::Integer);
         builder.load(0);

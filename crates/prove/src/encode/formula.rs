@@ -10,8 +10,8 @@ use super::value::RealValue;
 use crate::aig::Literal;
 use rungd_engine::Mishap;
 use rungd_engine::ops::{
-    CellRange, CodeParts, FormulaStep, LoadStep, OneOperator, Operator, OtherStep, SaveStep,
-    StepOperand,
+    CellRange, CodeParts, FormulaStep, OneOperator, OtherStep, PairOperator, StepLoad, StepOperand,
+    StepSave,
 };
 
 impl Encoder<'_> {
@@ -28,8 +28,8 @@ impl Encoder<'_> {
                 CodeParts::Two(operator, a, b) => self.two(&mut run, operator, [a, b], step),
                 CodeParts::One(operator) => self.one(&mut run, operator),
                 CodeParts::Load(load) => self.load(&mut run, load, step),
-                CodeParts::Save(SaveStep::Save) => self.save_integer(&mut run, step.to),
-                CodeParts::Save(SaveStep::SaveReal) => self.save_real(&mut run, step.to),
+                CodeParts::Save(StepSave::Save) => self.save_integer(&mut run, step.to),
+                CodeParts::Save(StepSave::SaveReal) => self.save_real(&mut run, step.to),
                 CodeParts::Other(other) => match self.other(&mut run, other, step) {
                     Some(jumps) => jumps,
                     None => {
@@ -89,7 +89,7 @@ impl Encoder<'_> {
     fn two(
         &mut self,
         run: &mut Evaluation,
-        operator: Operator,
+        operator: PairOperator,
         [a, b]: [StepOperand; 2],
         step: &FormulaStep,
     ) -> Literal {
@@ -117,14 +117,14 @@ impl Encoder<'_> {
         Literal::FALSE
     }
 
-    fn load(&mut self, run: &mut Evaluation, load: LoadStep, step: &FormulaStep) -> Literal {
+    fn load(&mut self, run: &mut Evaluation, load: StepLoad, step: &FormulaStep) -> Literal {
         let integer = match load {
-            LoadStep::LoadWord => Some(self.word(step.a)),
-            LoadStep::LoadSlot => run.integers.get(&step.a).cloned().flatten(),
-            LoadStep::LoadBit => Some(Number::of_bit(self.bit(step.a))),
-            LoadStep::LoadReal => return self.load_real(run, StepOperand::Word, step),
-            LoadStep::LoadWhole => return self.load_real(run, StepOperand::Whole, step),
-            LoadStep::LoadRealSlot => return self.load_real(run, StepOperand::Slot, step),
+            StepLoad::LoadWord => Some(self.word(step.a)),
+            StepLoad::LoadSlot => run.integers.get(&step.a).cloned().flatten(),
+            StepLoad::LoadBit => Some(Number::of_bit(self.bit(step.a))),
+            StepLoad::LoadReal => return self.load_real(run, StepOperand::Word, step),
+            StepLoad::LoadWhole => return self.load_real(run, StepOperand::Whole, step),
+            StepLoad::LoadRealSlot => return self.load_real(run, StepOperand::Slot, step),
         };
         self.save_integer(run, step.to);
         self.set_integer(run, integer);

@@ -6,7 +6,7 @@ use super::number::Number;
 use super::value::RealValue;
 use crate::aig::{GateGraph, Literal};
 use rungd_engine::Mishap::{DivideByZero, OutOfRange, Overflow};
-use rungd_engine::ops::{OneOperator, Operator};
+use rungd_engine::ops::{OneOperator, PairOperator};
 use rungd_engine::{Mishap, Mishaps, integer, real};
 
 /// The greatest exponent of a power that is multiplied out.
@@ -24,39 +24,39 @@ struct RealOperation {
 
 impl Encoder<'_> {
     /// Whether an operator computes with integers.
-    pub(super) fn is_of_integers(&self, operator: Operator) -> bool {
+    pub(super) fn is_of_integers(&self, operator: PairOperator) -> bool {
         match operator {
-            Operator::Add
-            | Operator::Sub
-            | Operator::Mul
-            | Operator::Div
-            | Operator::Rem
-            | Operator::And
-            | Operator::Or
-            | Operator::Equal
-            | Operator::NotEqual
-            | Operator::Less
-            | Operator::AtMost
-            | Operator::Pow
-            | Operator::Xor
-            | Operator::ShiftLeft
-            | Operator::ShiftRight
-            | Operator::ShiftRightZeros
-            | Operator::Min
-            | Operator::Max => true,
-            Operator::RealAdd
-            | Operator::RealSub
-            | Operator::RealMul
-            | Operator::RealDiv
-            | Operator::RealEqual
-            | Operator::RealNotEqual
-            | Operator::RealLess
-            | Operator::RealAtMost
-            | Operator::RealRem
-            | Operator::RealPow
-            | Operator::RealMin
-            | Operator::RealMax
-            | Operator::Atan2 => false,
+            PairOperator::Add
+            | PairOperator::Sub
+            | PairOperator::Mul
+            | PairOperator::Div
+            | PairOperator::Rem
+            | PairOperator::And
+            | PairOperator::Or
+            | PairOperator::Equal
+            | PairOperator::NotEqual
+            | PairOperator::Less
+            | PairOperator::AtMost
+            | PairOperator::Pow
+            | PairOperator::Xor
+            | PairOperator::ShiftLeft
+            | PairOperator::ShiftRight
+            | PairOperator::ShiftRightZeros
+            | PairOperator::Min
+            | PairOperator::Max => true,
+            PairOperator::RealAdd
+            | PairOperator::RealSub
+            | PairOperator::RealMul
+            | PairOperator::RealDiv
+            | PairOperator::RealEqual
+            | PairOperator::RealNotEqual
+            | PairOperator::RealLess
+            | PairOperator::RealAtMost
+            | PairOperator::RealRem
+            | PairOperator::RealPow
+            | PairOperator::RealMin
+            | PairOperator::RealMax
+            | PairOperator::Atan2 => false,
         }
     }
 
@@ -64,7 +64,7 @@ impl Encoder<'_> {
     pub(super) fn integer_operator(
         &mut self,
         run: &mut Evaluation,
-        operator: Operator,
+        operator: PairOperator,
         [a, b]: [Integer; 2],
     ) -> Integer {
         let (Some(a), Some(b)) = (a, b) else {
@@ -75,53 +75,53 @@ impl Encoder<'_> {
         let graph = &mut self.graph;
         let bit = |literal| Some(Number::of_bit(literal));
         match operator {
-            Operator::Add => {
+            PairOperator::Add => {
                 let sum = a.add(graph, &b);
                 Some(self.limited(run, sum))
             }
-            Operator::Sub => {
+            PairOperator::Sub => {
                 let difference = a.sub(graph, &b);
                 Some(self.limited(run, difference))
             }
-            Operator::Mul => {
+            PairOperator::Mul => {
                 let product = a.mul(graph, &b);
                 Some(self.limited(run, product))
             }
-            Operator::Div => {
+            PairOperator::Div => {
                 let quotient = a.div(graph, &b);
                 let quotient = self.unless_zero(run, &b, quotient);
                 Some(self.limited(run, quotient))
             }
-            Operator::Rem => {
+            PairOperator::Rem => {
                 let rest = a.rem(graph, &b);
                 Some(self.unless_zero(run, &b, rest))
             }
-            Operator::Pow => self.power_of(run, &a, &b),
-            Operator::And => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.and(a, b))),
-            Operator::Or => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.or(a, b))),
-            Operator::Xor => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.xor(a, b))),
-            Operator::ShiftLeft | Operator::ShiftRight | Operator::ShiftRightZeros => {
+            PairOperator::Pow => self.power_of(run, &a, &b),
+            PairOperator::And => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.and(a, b))),
+            PairOperator::Or => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.or(a, b))),
+            PairOperator::Xor => Some(a.low_32().bitwise(&b.low_32(), |a, b| graph.xor(a, b))),
+            PairOperator::ShiftLeft | PairOperator::ShiftRight | PairOperator::ShiftRightZeros => {
                 Some(self.shift(operator, &a.low_32(), &b))
             }
-            Operator::Min => Some(a.lesser(graph, &b)),
-            Operator::Max => Some(a.greater(graph, &b)),
-            Operator::Equal => bit(a.equal(graph, &b)),
-            Operator::NotEqual => bit(!a.equal(graph, &b)),
-            Operator::Less => bit(a.less(graph, &b)),
-            Operator::AtMost => bit(!b.less(graph, &a)),
-            Operator::RealAdd
-            | Operator::RealSub
-            | Operator::RealMul
-            | Operator::RealDiv
-            | Operator::RealEqual
-            | Operator::RealNotEqual
-            | Operator::RealLess
-            | Operator::RealAtMost
-            | Operator::RealRem
-            | Operator::RealPow
-            | Operator::RealMin
-            | Operator::RealMax
-            | Operator::Atan2 => unreachable!("an operator of reals"),
+            PairOperator::Min => Some(a.lesser(graph, &b)),
+            PairOperator::Max => Some(a.greater(graph, &b)),
+            PairOperator::Equal => bit(a.equal(graph, &b)),
+            PairOperator::NotEqual => bit(!a.equal(graph, &b)),
+            PairOperator::Less => bit(a.less(graph, &b)),
+            PairOperator::AtMost => bit(!b.less(graph, &a)),
+            PairOperator::RealAdd
+            | PairOperator::RealSub
+            | PairOperator::RealMul
+            | PairOperator::RealDiv
+            | PairOperator::RealEqual
+            | PairOperator::RealNotEqual
+            | PairOperator::RealLess
+            | PairOperator::RealAtMost
+            | PairOperator::RealRem
+            | PairOperator::RealPow
+            | PairOperator::RealMin
+            | PairOperator::RealMax
+            | PairOperator::Atan2 => unreachable!("an operator of reals"),
         }
     }
 
@@ -165,9 +165,9 @@ impl Encoder<'_> {
     }
 
     /// A shift of the low 32 bits.
-    fn shift(&mut self, operator: Operator, a: &Number, count: &Number) -> Number {
-        let left = operator == Operator::ShiftLeft;
-        let keeps_sign = operator == Operator::ShiftRight;
+    fn shift(&mut self, operator: PairOperator, a: &Number, count: &Number) -> Number {
+        let left = operator == PairOperator::ShiftLeft;
+        let keeps_sign = operator == PairOperator::ShiftRight;
         let mut bits = a.lowest(32);
         let fill = if keeps_sign { bits[31] } else { Literal::FALSE };
         for level in 0..5 {
@@ -188,59 +188,61 @@ impl Encoder<'_> {
     pub(super) fn real_operator(
         &mut self,
         run: &mut Evaluation,
-        operator: Operator,
+        operator: PairOperator,
         [a, b]: [&RealValue; 2],
     ) {
         let mut lost = match operator {
-            Operator::RealEqual | Operator::RealNotEqual => {
+            PairOperator::RealEqual | PairOperator::RealNotEqual => {
                 let equal = a.equal(&mut self.graph, b);
-                let inverts = operator == Operator::RealNotEqual;
+                let inverts = operator == PairOperator::RealNotEqual;
                 return self.compared_reals(run, equal.map(|equal| equal.inverted_if(inverts)));
             }
-            Operator::RealLess => {
+            PairOperator::RealLess => {
                 let less = a.less(&mut self.graph, b);
                 return self.compared_reals(run, less);
             }
-            Operator::RealAtMost => {
+            PairOperator::RealAtMost => {
                 let above = b.less(&mut self.graph, a);
                 return self.compared_reals(run, above.map(|above| !above));
             }
-            Operator::RealMin => return self.least(run, [a, b], false),
-            Operator::RealMax => return self.least(run, [a, b], true),
-            Operator::RealAdd => lost("a sum of reals", &[Overflow], real::add),
-            Operator::RealSub => lost("a difference of reals", &[Overflow], real::sub),
-            Operator::RealMul => lost("a product of reals", &[Overflow], real::mul),
-            Operator::RealDiv => lost("a quotient of reals", &[DivideByZero, Overflow], real::div),
-            Operator::RealRem => lost("a remainder of reals", &[DivideByZero], real::rem),
-            Operator::RealPow => {
+            PairOperator::RealMin => return self.least(run, [a, b], false),
+            PairOperator::RealMax => return self.least(run, [a, b], true),
+            PairOperator::RealAdd => lost("a sum of reals", &[Overflow], real::add),
+            PairOperator::RealSub => lost("a difference of reals", &[Overflow], real::sub),
+            PairOperator::RealMul => lost("a product of reals", &[Overflow], real::mul),
+            PairOperator::RealDiv => {
+                lost("a quotient of reals", &[DivideByZero, Overflow], real::div)
+            }
+            PairOperator::RealRem => lost("a remainder of reals", &[DivideByZero], real::rem),
+            PairOperator::RealPow => {
                 lost("a power of reals", &[DivideByZero, Overflow, OutOfRange], real::pow)
             }
-            Operator::Atan2 => lost("a function of reals", &[Overflow], real::atan2),
-            Operator::Add
-            | Operator::Sub
-            | Operator::Mul
-            | Operator::Div
-            | Operator::Rem
-            | Operator::And
-            | Operator::Or
-            | Operator::Equal
-            | Operator::NotEqual
-            | Operator::Less
-            | Operator::AtMost
-            | Operator::Pow
-            | Operator::Xor
-            | Operator::ShiftLeft
-            | Operator::ShiftRight
-            | Operator::ShiftRightZeros
-            | Operator::Min
-            | Operator::Max => unreachable!("an operator of integers"),
+            PairOperator::Atan2 => lost("a function of reals", &[Overflow], real::atan2),
+            PairOperator::Add
+            | PairOperator::Sub
+            | PairOperator::Mul
+            | PairOperator::Div
+            | PairOperator::Rem
+            | PairOperator::And
+            | PairOperator::Or
+            | PairOperator::Equal
+            | PairOperator::NotEqual
+            | PairOperator::Less
+            | PairOperator::AtMost
+            | PairOperator::Pow
+            | PairOperator::Xor
+            | PairOperator::ShiftLeft
+            | PairOperator::ShiftRight
+            | PairOperator::ShiftRightZeros
+            | PairOperator::Min
+            | PairOperator::Max => unreachable!("an operator of integers"),
         };
         let known = a.known().zip(b.known()).map(|(a, b)| [a, b]);
-        if known.is_none() && matches!(operator, Operator::RealDiv | Operator::RealRem) {
+        if known.is_none() && matches!(operator, PairOperator::RealDiv | PairOperator::RealRem) {
             lost.mishaps = self.mishaps_of_division(run, b, lost.mishaps);
         }
-        let adds = operator == Operator::RealAdd;
-        let value = if b.is_zero() && (adds || operator == Operator::RealSub) {
+        let adds = operator == PairOperator::RealAdd;
+        let value = if b.is_zero() && (adds || operator == PairOperator::RealSub) {
             a.clone()
         } else if a.is_zero() && adds {
             b.clone()
