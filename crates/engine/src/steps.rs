@@ -336,7 +336,7 @@ macro_rules! codes {
             /// The code for operands at these places, if there is one.
             pub fn code(self, a: StepOperand, b: StepOperand) -> Option<StepCode> {
                 match (self, a, b) {
-                    $($((PairOperator::$two, StepOperand::$a, StepOperand::$b) => Some(StepCode::$code),)*)*
+                    $($((Self::$two, StepOperand::$a, StepOperand::$b) => Some(StepCode::$code),)*)*
                     _ => None,
                 }
             }
@@ -350,7 +350,9 @@ macro_rules! codes {
                         [number_of!(Word $a self.a), number_of!(Word $b self.b)]
                     })*)*
                     $(StepCode::$load => [number_of!(Word $from self.a), None],)*
-                    $(StepCode::$one)|* | $(StepCode::$save)|* | $(StepCode::$other)|* => [None, None],
+                    $(StepCode::$one)|*
+                    | $(StepCode::$save)|*
+                    | $(StepCode::$other)|* => [None, None],
                 }
             }
 
