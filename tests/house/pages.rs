@@ -45,6 +45,13 @@ fn the_architecture_page_lists_the_crates_with_their_rooms() {
     }
 }
 
+/// What only one crate needs to know is at the head of that crate.
+#[test]
+fn the_architecture_page_is_read_in_an_hour() {
+    let lines = text("ARCHITECTURE.md").lines().count();
+    assert!(lines <= 300, "{lines} lines");
+}
+
 #[test]
 fn the_architecture_page_gives_a_reason_for_each_dependency() {
     let page = text("ARCHITECTURE.md");

@@ -5,7 +5,10 @@
 //! places if neither writes a cell that the other reads or writes. The status bits of mishaps do
 //! not count here unless one of the two MATHs reads them, because every MATH only turns them ON. In
 //! columns, all formulas are evaluated before any result is stored, so no formula may read a cell
-//! that an earlier one writes.
+//! that an earlier one writes. A MATH that reads a status bit of mishaps, or that reads or writes a
+//! moving element, keeps its place among all operations. These are executed in rows, as are groups
+//! of fewer than [`HEIGHT_MIN`], MATHs with `if`, `&&` or `||`, and those of more steps or slots than
+//! columns have. The events of an element's MATHs are kept in the order of its rungs.
 
 use std::collections::HashMap;
 
