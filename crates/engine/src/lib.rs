@@ -13,17 +13,17 @@
 //! that stream from memory in order. Control instructions (RUN, JMP, EXIT …) are fences: no
 //! operation moves past them. `lower_with(program, 1)` keeps file order, and tests compare both.
 //!
-//! Each loop is compiled three times (`reach`): for programs whose cells all have 16-bit numbers, in
-//! memory of at least 2^16 cells, where the compiler sees that no number can be out of range and
+//! Each loop is compiled three times (`reach`): for programs whose cells all have 16-bit numbers,
+//! in memory of at least 2^16 cells, where the compiler sees that no number can be out of range and
 //! omits the bounds checks; for larger programs; and for any program with forces.
 //!
 //! A MATH is steps, one for each operator (`steps`). MATHs whose steps differ only in their cells
 //! are executed in columns, each step once for up to 64 of them (`columns`); the others one after
-//! the other, with a dispatch for each operator (`rows`). An operator reads words in place, integers
-//! as reals too. The newest integer and the newest real are in accumulators; other results wait in
-//! slots, whose number is known at load. A formula's words and bits, its target and the status bits
-//! are cells of the operation like any other, so the scheduler keeps MATHs and the rungs that read
-//! `$Overflow` in order.
+//! the other, with a dispatch for each operator (`rows`). An operator reads words in place,
+//! integers as reals too. The newest integer and the newest real are in accumulators; other results
+//! wait in slots, whose number is known at load. A formula's words and bits, its target and the
+//! status bits are cells of the operation like any other, so the scheduler keeps MATHs and the
+//! rungs that read `$Overflow` in order.
 #![forbid(unsafe_code)]
 
 mod array_places;

@@ -7,8 +7,8 @@
 //! columns, all formulas are evaluated before any result is stored, so no formula may read a cell
 //! that an earlier one writes. A MATH that reads a status bit of mishaps, or that reads or writes a
 //! moving element, keeps its place among all operations. These are executed in rows, as are groups
-//! of fewer than [`HEIGHT_MIN`], MATHs with `if`, `&&` or `||`, and those of more steps or slots than
-//! columns have. The events of an element's MATHs are kept in the order of its rungs.
+//! of fewer than [`HEIGHT_MIN`], MATHs with `if`, `&&` or `||`, and those of more steps or slots
+//! than columns have. The events of an element's MATHs are kept in the order of its rungs.
 
 use std::collections::HashMap;
 

@@ -3,8 +3,8 @@
 //! Called by `instructions`, `stores` and `arrays`; `math` uses `put_at`. An instruction with such
 //! an element must turn the status bit of a wrong index ON and report it. So it becomes a MATH, or
 //! a MATH reads its operand beforehand. For a contact or compare, an operation of `values` reads
-//! the element. An element with a constant index is a plain cell, and the resolved program has a tag
-//! for each element, so limits, retentive memory, logs and reloads need no code for arrays.
+//! the element. An element with a constant index is a plain cell, and the resolved program has a
+//! tag for each element, so limits, retentive memory, logs and reloads need no code for arrays.
 
 use super::assembler::Assembler;
 use crate::resolve::array::{Array, ArrayElement};
