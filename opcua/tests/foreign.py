@@ -109,28 +109,6 @@ async def overflow(client):
     passed("a queue that is too short")
 
 
-async def fresh_items(client):
-    """Items that are created beside a change are told the change, whenever it comes."""
-    node = tag(client, "speed")
-    for wanted in range(300, 340):
-        seen = Seen()
-        params = ua.CreateSubscriptionParameters(RequestedPublishingInterval=50)
-        subscription = await client.create_subscription(params, seen)
-
-        async def create():
-            for _ in range(8):
-                await subscription.subscribe_data_change([node] * 300, sampling_interval=0)
-
-        await asyncio.gather(create(), node.write_value(ua.Variant(wanted, ua.VariantType.Int32)))
-        await awaits(f"{wanted} at all items", lambda: all_have(seen, wanted, 8 * 300))
-        await subscription.delete()
-    passed("an item beside a change")
-
-
-async def all_have(seen, wanted, count):
-    return sum(value == wanted for _, value, _ in seen.changes) >= count
-
-
 async def has_overflow(seen):
     return any(data.StatusCode.value & OVERFLOW for _, _, data in seen.changes)
 
@@ -331,7 +309,6 @@ async def main():
             await awaits("good values", lambda: is_value(client, "speed", 0))
             await browse_and_read(client)
             await writes(client)
-            await fresh_items(client)
             count = await changes(client)
             await history(client, count)
             await alarms(client)

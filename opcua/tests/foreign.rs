@@ -37,7 +37,7 @@ fn passes(name: &str, port: u16, parts: usize) {
 
 #[test]
 fn a_foreign_client_reads_writes_subscribes_and_acknowledges() {
-    passes("foreign", 48_411, 10);
+    passes("foreign", 48_411, 9);
 }
 
 #[test]
